@@ -20,7 +20,7 @@ from golf_build import linux, toolchain
 from golf_build import standalone as standalone_build
 from golf_build.system import COMPANIONS
 from golf_build.system import build as build_system
-from golf_impact.doctor import _libpython as find_libpython_for
+from golf_impact.doctor import find_libpython_for
 
 pytest_plugins = ["companions", "page"]
 

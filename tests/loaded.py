@@ -31,10 +31,10 @@ from golf_impact.runs import ImpactRuns, Named
 Entered = TypeVar("Entered", bound="LoadedFmu")
 
 
-def build_fmu(out, fmi=2, standalone=False):
+def build_fmu(out, fmi=2, standalone=False, pythons=None):
     """Build ClubBallImpact.fmu, plain or standalone."""
     files = builder_of(fmi=fmi).files()
-    return write_archive(out, standalone_build.standalone(files) if standalone else files)
+    return write_archive(out, standalone_build.standalone(files, pythons) if standalone else files)
 
 
 def build_plain_fmu(script, folder):

@@ -56,11 +56,11 @@ def pytest_collection_modifyitems(items):
         items[:] = [i for i in items if i.nodeid not in skip and (i.nodeid in place or not run)]
         items.sort(key=lambda item: place.get(item.nodeid, 0))
         resource.setrlimit(resource.RLIMIT_DATA, (8 << 30, 8 << 30))
-        from golf_impact.fmu.file import BUILDERS, current_fmu
+        from golf_impact.fmu import current_fmu
 
         # Where commands find them: otherwise they report that they had to build them.
-        for fmi in BUILDERS:
-            current_fmu(fmi)
+        for fmi in (2, 3):
+            current_fmu(fmi=fmi)
 
 
 @pytest.hookimpl(wrapper=True)

@@ -9,15 +9,16 @@ from pathlib import Path
 import pytest
 import pythonfmu
 from command import golf, refused
-from golf_impact.fmu.file import BUILDERS, build_plain_fmu, check_fmu
-from loaded import ImpactFmu
+from loaded import build_plain_fmu
 from reference_results import FOLDER
 
 from golf_build.archive import SUMS, checksums, unpack, write_archive
-from golf_build.packaging import bundle, guid_of
-from golf_impact.benchmarks import empty_fmu
+from golf_build.packaging import bundle, guid_in
+from golf_impact import fmu
 from golf_impact.errors import UserError
-from golf_impact.flaws import find_flaw
+from golf_impact.flaws import check_fmu, find_flaw
+from golf_impact.fmu import builder_of
+from golf_impact.peers import empty_fmu
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +38,7 @@ def truncated(tmp_path, files, fmu):
 
 def another_guid(tmp_path, files, fmu):
     text = files["modelDescription.xml"].decode()
-    guid = guid_of(fmu)
+    guid = guid_in(fmu)
     assert guid in text
     other = text.replace(guid, "11111111-2222-3333-4444-555555555555")
     return write_archive(tmp_path / "x.fmu", files | {"modelDescription.xml": other.encode()})
@@ -68,7 +69,7 @@ def test_the_command(tmp_path, files, fmu_path, made, words):
     temporary, cwd = tmp_path / "temporary", tmp_path / "cwd"
     temporary.mkdir()
     cwd.mkdir()
-    command = ("run", "table1", "--fmu", made(tmp_path, files, fmu_path), "--out", "out")
+    command = ("run", "laws", "--fmu", made(tmp_path, files, fmu_path), "--out", "out")
     refused(golf(*command, cwd=cwd, env={"TMPDIR": str(temporary)}), *words)
     assert list(temporary.iterdir()) == list(cwd.iterdir()) == []
 
@@ -128,33 +129,50 @@ def test_another_description(tmp_path, files, old, new, words):
     kept = {name: content for name, content in files.items() if name != SUMS}
     kept["modelDescription.xml"] = text.replace(old, new).encode()
     with pytest.raises(UserError, match=words):
-        ImpactFmu(write_archive(tmp_path / "x.fmu", kept))
+        check_fmu(write_archive(tmp_path / "x.fmu", kept))
 
 
 def test_an_fmu_for_fmi_3(tmp_path):
-    fmu = BUILDERS[3].build(tmp_path / "x.fmu")
+    fmu = builder_of(fmi=3).build(tmp_path / "x.fmu")
     assert find_flaw(fmu) is None
     with pytest.raises(UserError, match=r"not an FMI 2\.0 co-simulation FMU"):
-        ImpactFmu(fmu)
+        check_fmu(fmu)
 
 
 # The built FMU
 
 
-def test_a_damaged_build_is_rebuilt(tmp_path, fmu_path, files, monkeypatch):
-    from golf_impact.fmu import file as fmu_file
-
+def test_a_damaged_build_is_rebuilt(tmp_path, fmu_path, files, monkeypatch, capsys):
     built = tmp_path / "ClubBallImpact.fmu"
-    monkeypatch.setattr(fmu_file, "default_path", lambda build: built)
-    assert fmu_file.current_fmu() == (built, "it was missing")
-    assert fmu_file.current_fmu() == (built, None)
+    monkeypatch.setattr(fmu, "default_path", lambda builder: built)
+
+    def message():
+        assert fmu.current_fmu() == built
+        return capsys.readouterr().err
+
+    assert message() == f"Built {built}: it was missing.\n"
+    assert message() == ""
     whole = built.read_bytes()
     assert whole == fmu_path.read_bytes()
     without = {name: content for name, content in files.items() if "power_law" not in name}
     for damaged in (whole[:-100], b"", write_archive(tmp_path / "y", without).read_bytes()):
         built.write_bytes(damaged)
-        assert fmu_file.current_fmu() == (built, "it was damaged")
+        assert message() == f"Built {built}: it was damaged.\n"
         assert built.read_bytes() == whole
+    fmu.builder_of("Launch").build(built)
+    assert message() == f"Built {built}: its sources have changed.\n"
+
+
+@pytest.mark.parametrize("damage", [None, b"", b"\0"])
+def test_the_system_is_current_or_rebuilt(tmp_path, monkeypatch, capsys, damage):
+    built = tmp_path / "GolfSwing.ssp"
+    monkeypatch.setattr(fmu, "default_path", lambda builder: built)
+    assert fmu.current_system() == built
+    capsys.readouterr()
+    if damage is not None:
+        built.write_bytes(built.read_bytes()[:-1000] + damage)
+    fmu.current_system()
+    assert ("it was damaged" in capsys.readouterr().err) == (damage is not None)
 
 
 def test_the_list_of_files(tmp_path, fmu_path, files):

@@ -15,7 +15,7 @@ from command import run
 from conftest import HERE
 from loaded import build_plain_fmu
 
-from golf_impact.benchmarks import empty_fmu
+from golf_impact.peers import empty_fmu
 
 FEW = {"instances": 200, "restarts": 2000}
 MANY = {"instances": 3000, "restarts": 100_000}

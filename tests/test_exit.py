@@ -15,7 +15,7 @@ from command import run_python
 from conftest import HERE, some
 from loaded import build_plain_fmu
 
-from golf_impact.benchmarks import empty_fmu
+from golf_impact.peers import empty_fmu
 
 _PROGRAM = """
 import sys

@@ -16,8 +16,6 @@ import numpy as np
 import pytest
 from command import ROOT, golf_here, refused, run, run_python
 from compare import assert_close
-from golf_impact.fmu.shots import Shots
-from loaded import LoadedFmu
 from page import serving
 
 import golf_impact
@@ -27,6 +25,8 @@ from golf_impact.errors import UserError
 from golf_impact.explore import export as exporting
 from golf_impact.explore.cases import CLUB_BALL, CLUBS, EXAMPLES, QUANTITIES, metrics_by_fmus
 from golf_impact.explore.evaluator import LOFT, SWEPT
+from golf_impact.fmu import Fmu, Impact
+from golf_impact.shots import shot
 from golf_impact.timing import resident_bytes
 
 pytestmark = pytest.mark.plain
@@ -206,7 +206,7 @@ def test_what_sliders_and_fields_do(evaluator):
 
 
 @pytest.mark.parametrize("club", CLUBS, ids=lambda one: one.name)
-def test_shots_of_clubs(evaluator, fmu, files, club):
+def test_shots_of_clubs(evaluator, fmu_path, files, club):
     """Against the FMUs: launch as measured, and the flight in two steps."""
     result = evaluator({"values": {**BALLS[CLUB_BALL].values, **club.values}})
     metrics, flight = result["metrics"], result["flight"]
@@ -214,15 +214,18 @@ def test_shots_of_clubs(evaluator, fmu, files, club):
     assert metrics["launch_angle"] == pytest.approx(measured, abs=np.radians(0.002))
     assert result["club"] == club.name
     head = (club.values[name] for name in ("dynamic_loft", "attack_angle"))
-    with LoadedFmu(files[1]) as launch, LoadedFmu(files[2]) as ball:
-        shots, mass = Shots(fmu, launch, ball), club.values["m_club"]
-        shot = shots.shot(metrics["head_speed"], *head, CLUB_BALL, mass)
-        shot |= shots.fly(*(shot[name] for name in ("ball_speed", "launch_angle", "backspin")))
+    with Impact(fmu_path) as impact, Fmu(files[1]) as launch, Fmu(files[2]) as ball:
+        given = metrics["head_speed"], *head, CLUB_BALL, club.values["m_club"]
+        hit = shot(impact, launch, *given)
+        start = {name: hit[name] for name in ("launch_angle", "backspin")}
+        ball.start(ball_velocity=hit["ball_speed"], separated=True, **start)
+        ball.step(0.0, 1e-3)
+        hit |= ball.read(("carry", "apex", "flight_time"))
         ball.step(1e-3, 0.5 * metrics["flight_time"] - 1e-3)
         for name, value in ball.read(("distance", "height")).items():
             assert flight[name][len(flight[name]) // 2] == pytest.approx(value, rel=1e-9)
-    for name in shot.keys() & metrics.keys():
-        assert metrics[name] == pytest.approx(shot[name], rel=1e-12), name
+    for name in hit.keys() & metrics.keys():
+        assert metrics[name] == pytest.approx(hit[name], rel=1e-12), name
     assert (flight["height"][0], flight["height"][-1]) == pytest.approx((0.0, 0.0), abs=1e-9)
     assert flight["distance"][-1] == pytest.approx(metrics["carry"], rel=1e-12)
     assert max(flight["height"]) <= metrics["apex"]

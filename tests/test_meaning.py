@@ -19,7 +19,6 @@ from golf_build import BY_NAME, UNITS
 from golf_impact.ball import BALLS
 from golf_impact.calibration.fit import ContactLaw, Fit
 from golf_impact.calibration.measurements import measurements
-from golf_impact.measured import OUTSIDE
 from golf_impact.toml import read_toml
 
 OUTPUTS = [v.name for v in VARIABLES if (v.causality, v.type) == ("output", "Real")]
@@ -274,7 +273,3 @@ def test_coefficients_of_flight_have_the_digits_of_their_source():
     }  # fmt: skip
     rows = read_toml(files_of("golf_physics.companions") / "ball_flight.toml")["parameter"]
     assert {name: rows[name][2] for name in printed} == printed
-    # US patent 6,186,002 B1, the example of its program's output.
-    patent = {"drag": [0.2028, -0.2159, 2.8466], "lift": [0.0860, 0.6463, 1.4789]}
-    patent |= {"drag_reynolds": 0.0165, "lift_reynolds": -0.0122, "spin_ratio_limit": 0.22}
-    assert {name: OUTSIDE["sets"]["usga"][name] for name in patent} == patent

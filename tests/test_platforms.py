@@ -18,7 +18,7 @@ import pytest
 from command import ROOT, ended, golf_here, printed_values, refused, run
 from compare import assert_close
 from conftest import EXPECTED, HERE, LAW_1, LAW_2_CONTACT, repeated
-from golf_impact.fmu.file import build_fmu, check_fmu
+from loaded import build_fmu
 from test_standalone import extracted, guid, outputs
 
 from golf_build import toolchain
@@ -26,6 +26,7 @@ from golf_build.archive import unpack, write_archive
 from golf_build.system import build as build_system
 from golf_impact import doctor
 from golf_impact.errors import UserError
+from golf_impact.flaws import check_fmu
 
 FMPY_TASKS = HERE / "fmpy_tasks.py"
 

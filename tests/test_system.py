@@ -17,7 +17,8 @@ from instances import get, get_all, put, with_checksum
 from scipy.integrate import solve_ivp
 
 from golf_build.system import DRIVE
-from golf_impact.measured import OUTSIDE, PGA
+from golf_build.system import build as build_system
+from golf_impact.measured import PGA
 
 STOP = 0.967  # s: by then the ball has been launched, and the swing has the impulse
 
@@ -267,17 +268,12 @@ def test_with_a_prescribed_speed_touch_falls_after_the_peak(companion, step, lat
 # BallFlight
 
 
-def coefficients(name):
-    """Of a published set, as BallFlight's parameters."""
-    one, values = OUTSIDE["sets"][name], {}
-    for kind in ("drag", "lift"):
-        three = dict(zip(("constant", "spin", "spin_squared"), one[kind], strict=True))
-        three["reynolds"] = one.get(f"{kind}_reynolds", 0.0)
-        values |= {f"{kind}_{term}": value for term, value in three.items()}
-    return values | {"spin_ratio_limit": one["spin_ratio_limit"]}
-
-
-USGA = coefficients("usga")
+#: USGA's indoor test range, US patent 6,186,002 B1 (2001).
+USGA = {
+    "drag_constant": 0.2028, "drag_spin": -0.2159, "drag_spin_squared": 2.8466,
+    "drag_reynolds": 0.0165, "lift_constant": 0.0860, "lift_spin": 0.6463,
+    "lift_spin_squared": 1.4789, "lift_reynolds": -0.0122, "spin_ratio_limit": 0.22,
+}  # fmt: skip
 
 #: Backspin at which S leaves its limit, 0.75, at 60 m/s, rad/s.
 LIMIT = 0.75 * 60.0 / (0.5 * 0.04267)
@@ -719,5 +715,5 @@ def test_a_repeated_step_has_the_impulse_in_which_it_acts(drive, rollback):
 
 
 def test_the_system_is_reproducible(files, tmp_path):
-    again = system.build_system(tmp_path)
+    again = build_system(tmp_path)
     assert [a.read_bytes() for a in again.values()] == [b.read_bytes() for b in files]

@@ -1,6 +1,7 @@
 """Whether an FMU loads and runs here, and what hosts that aren't Python need for it."""
 
 import importlib.metadata
+import json
 import platform
 import re
 import shlex
@@ -19,35 +20,33 @@ from golf_impact.flaws import check_temporary_folder, find_flaw
 from golf_impact.fmu import current_fmu
 
 #: One step, and the reference results in the file, in a process of its own: a crash there is a
-#: finding here. Prints the outputs, the number of results and the largest relative deviation.
+#: finding here. Prints the outputs, and the largest relative deviation by case, as JSON.
 _LOAD = r"""
-import sys, pathlib, tempfile, zipfile, fmpy
+import sys, json, pathlib, tempfile, zipfile, fmpy
 from fmpy.util import read_csv
-path = sys.argv[1]
-about = fmpy.read_model_description(path)
-names = [v.name for v in about.modelVariables if v.causality == "output"]
-shown = [n for n in ("smash_factor", "coefficient_of_restitution") if n in names]
-end = fmpy.simulate_fmu(path, stop_time=5e-3, output_interval=5e-3, output=shown or names[:1])[-1]
-worst, cases = 0.0, 0
+path, deviations = sys.argv[1], {}
+outputs = [v.name for v in fmpy.read_model_description(path).modelVariables if v.causality == "output"]
+names = [n for n in ("smash_factor", "coefficient_of_restitution") if n in outputs] or outputs[:1]
+end = fmpy.simulate_fmu(path, stop_time=5e-3, output_interval=5e-3, output=names)[-1]
 with tempfile.TemporaryDirectory() as folder:
-    zipfile.ZipFile(path).extractall(folder)
-    for file in pathlib.Path(folder, "extra").rglob("*_ref.csv"):
-        rows, case = read_csv(file), str(file)[: -len("_ref.csv")]
+    with zipfile.ZipFile(path) as archive:
+        archive.extractall(folder, [n for n in archive.namelist() if n.startswith("extra/")])
+    for file in pathlib.Path(folder).rglob("*_ref.csv"):
+        case, expected = str(file).removesuffix("_ref.csv"), read_csv(file)
         start, inputs = pathlib.Path(f"{case}_start.csv"), pathlib.Path(f"{case}_in.csv")
-        given = start.read_text().split()[1:] if start.exists() else []
-        outputs = list(rows.dtype.names[1:])
-        signals = None
-        if inputs.exists():
-            signals = read_csv(inputs)
+        values = start.read_text().split()[1:] if start.exists() else []
         found = fmpy.simulate_fmu(
-            path, start_values=dict(line.split(",") for line in given), input=signals,
-            output=outputs, stop_time=rows["time"][-1], output_interval=rows["time"][1],
+            path, start_values=dict(value.split(",") for value in values),
+            input=read_csv(inputs) if inputs.exists() else None,
+            output=expected.dtype.names[1:], output_interval=expected["time"][1],
+            stop_time=expected["time"][-1],
         )
-        cases += 1
-        for name in outputs:
-            error = abs(found[name][: len(rows)] - rows[name]).max() / abs(rows[name]).max()
-            worst = max(worst, error)
-print(", ".join(f"{n} = {end[n]:.6g}" for n in shown) or "a step of 5 ms", cases, worst, sep=";")
+        errors = (
+            abs(found[name] - expected[name]).max() / abs(expected[name]).max()
+            for name in expected.dtype.names[1:]
+        )
+        deviations[pathlib.Path(case).name.partition("_")[2]] = float(max(errors))
+print(json.dumps([{name: float(end[name]) for name in names}, deviations]))
 """
 
 #: Of the relative deviation. Measured: 5.3e-16; another C library may have other last digits.
@@ -79,19 +78,17 @@ def examine(fmu: Path | None = None) -> Iterator[tuple[str, str]]:
     if why := find_flaw(fmu):
         yield "problem", f"FMU: {why}"
         return
-    done = subprocess.run(
-        [sys.executable, "-c", _LOAD, str(fmu)], capture_output=True, text=True, errors="replace"
-    )
-    if code := done.returncode:
-        ended = f"signal {-code}" if code < 0 else f"exit {code}"
-        why = (done.stderr.strip() or "no message").splitlines()[-1]
-        yield "problem", f"FMU: {fmu} can't be run here ({ended}): {why}"
+    try:
+        outputs, deviations = run_here(fmu)
+    except UserError as error:
+        yield "problem", f"FMU: {error}"
         return
-    results, cases, worst = done.stdout.splitlines()[-1].split(";")
+    results = ", ".join(f"{name} = {value:.6g}" for name, value in outputs.items())
     yield "ok", f"FMU: {fmu} loads and runs here ({results})"
-    if int(cases):
-        text = f"{cases} reference results in it, relative deviation {float(worst):.1e} at most"
-        yield "ok" if float(worst) <= _TOLERANCE else "problem", f"FMU: {text}"
+    if deviations:
+        worst = max(deviations.values())
+        text = f"{len(deviations)} reference results in it, relative deviation {worst:.1e} at most"
+        yield "ok" if worst <= _TOLERANCE else "problem", f"FMU: {text}"
     files = unpack(fmu)
     yield "ok", f"FMU: it has binaries for {', '.join(sorted(binaries_of(files)))}"
     with_python = any("/golf-python-" in name for name in files)
@@ -99,7 +96,7 @@ def examine(fmu: Path | None = None) -> Iterator[tuple[str, str]]:
         yield "ok", "native hosts: this FMU needs nothing of Python"
     elif sys.platform == "win32":
         yield "ok", f"native hosts: set PATH={sys.base_prefix};%PATH%  (python3.dll is there)"
-    elif file := _libpython(fmu):
+    elif file := find_libpython_for(fmu):
         home = shlex.quote(sys.base_prefix)
         preload = f"LD_PRELOAD={shlex.quote(str(file))} PYTHONHOME={home}"
         yield "ok", f"native hosts: {preload} your-host"
@@ -107,7 +104,27 @@ def examine(fmu: Path | None = None) -> Iterator[tuple[str, str]]:
         yield "warning", f"libpython: {_NO_LIBPYTHON}"
 
 
-def _libpython(fmu: Path) -> Path | None:
+def run_here(fmu: Path) -> tuple[dict[str, float], dict[str, float]]:
+    """Run an FMU in a process of its own.
+
+    Returns:
+        Outputs after a step of 5 ms by name (SI units); the largest deviation from the reference
+        results in the file by case, relative to the largest value of the output.
+
+    Raises:
+        UserError: it can't be run here.
+    """
+    command = [sys.executable, "-c", _LOAD, str(fmu)]
+    done = subprocess.run(command, capture_output=True, text=True, errors="replace")
+    if code := done.returncode:
+        ended = f"signal {-code}" if code < 0 else f"exit {code}"
+        why = (done.stderr.strip() or "no message").splitlines()[-1]
+        raise UserError(f"{fmu} can't be run here ({ended}): {why}")
+    outputs, deviations = json.loads(done.stdout.splitlines()[-1])
+    return outputs, deviations
+
+
+def find_libpython_for(fmu: Path) -> Path | None:
     """The library of this Python's version with which a native host loads an FMU, or None."""
     import find_libpython
 
