@@ -38,21 +38,21 @@ class Contacts:
             value = self.__dict__[name] = self.formulas[name](self)
         return value
 
-    def energy(self, v_club: Values, v_ball: Values) -> Values:
-        """Kinetic energy of bodies with these velocities (m/s), J."""
-        return 0.5 * (self.m_club * v_club * v_club + self.m_ball * v_ball * v_ball)
-
-    @np.errstate(all="ignore")
     def forces(self, times: np.ndarray) -> np.ndarray:
         """Contact force (N) of a single impact at times since touch (s): 0 outside the contact."""
-        inside = (np.real(times) > 0.0) & (np.real(times - self.contact_time) < 0.0)
-        in_contact = np.asarray(self.force_at(times[inside]))
-        force = np.zeros(times.shape, in_contact.dtype)
-        force[inside] = in_contact
+        inside = (times > 0.0) & (times < self.contact_time)
+        force = np.zeros(times.shape)
+        with np.errstate(all="ignore"):
+            force[inside] = self.force_at(times[inside])
         return force
 
 
 Formula = Callable[[Contacts], Any]
+
+
+def _energy(c: Contacts, club: Values, ball: Values) -> Values:
+    return 0.5 * (c.m_club * club * club + c.m_ball * ball * ball)
+
 
 #: Of all laws. p and q are the mass fractions of ball and club, mu is the reduced mass, kg.
 COMMON: dict[str, Formula] = {
@@ -65,8 +65,8 @@ COMMON: dict[str, Formula] = {
     "separated": lambda c: True,
     "touch_time": lambda c: c.gap / c.closing,
     "smash_factor": lambda c: c.ball_velocity / c.club_speed,
-    "kinetic_energy": lambda c: c.energy(c.club_velocity, c.ball_velocity),
-    "energy_efficiency": lambda c: c.kinetic_energy / c.energy(c.club_speed, c.ball_speed),
+    "kinetic_energy": lambda c: _energy(c, c.club_velocity, c.ball_velocity),
+    "energy_efficiency": lambda c: c.kinetic_energy / _energy(c, c.club_speed, c.ball_speed),
     "momentum": lambda c: c.m_club * c.club_velocity + c.m_ball * c.ball_velocity,
 }
 

@@ -87,10 +87,7 @@ def _ordinary(block: Columns) -> Any:
     return inside
 
 
-def closed_contact(values: Mapping[str, Any]) -> Contacts | None:
-    """The contact of one impact, if it is in closed form; values (SI units) may be complex."""
-    real = {name: np.float64(np.real(value)) for name, value in values.items()}
-    for _, contact in closed_contacts(real, 1):
-        if contact.closed:
-            return Contacts(contact.formulas, DEFAULTS | dict(values))
-    return None
+def closed_contact(values: Mapping[str, float]) -> Contacts | None:
+    """The contact of one impact (SI units), if it is in closed form."""
+    columns = {name: np.float64(value) for name, value in values.items()}
+    return next((contact for _, contact in closed_contacts(columns, 1) if contact.closed), None)
