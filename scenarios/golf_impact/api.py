@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from numbers import Integral
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,27 +19,11 @@ from golf_impact.runs import FLAGS, METRICS, PATH, ImpactArrays, Named
 
 if TYPE_CHECKING:
     from golf_impact.ball import Ball
-    from golf_impact.fmu.impact_fmu import ImpactFmu
 
 _OUTPUTS = tuple(row.name for row in VARIABLES if row.causality == "output")
 
 #: The largest communication step of the FMU, s.
 _LONGEST = 1e100
-
-
-def load_fmu(path: Path | str | None = None) -> ImpactFmu:
-    """Open the FMU, for many impacts in one instance; use it in a `with` block.
-
-    Args:
-        path: an .fmu file; by default that of the current sources, built if necessary.
-
-    Raises:
-        UserError: it can't be read, built or loaded.
-    """
-    from golf_impact.fmu.file import current_fmu
-    from golf_impact.fmu.impact_fmu import ImpactFmu
-
-    return ImpactFmu(current_fmu()[0] if path is None else Path(path))
 
 
 def balls() -> dict[str, Ball]:

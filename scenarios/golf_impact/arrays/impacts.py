@@ -71,11 +71,17 @@ def closed_contacts(columns: Columns, number: int) -> Iterator[tuple[np.ndarray,
         ):
             inside = np.flatnonzero(np.broadcast_to(ordinary & chosen, end - begin))
             if len(inside):
-                yield begin + inside, Contacts(formulas, _at(inside, block))
+                values = {name: _shortest(value) for name, value in _at(inside, block).items()}
+                yield begin + inside, Contacts(formulas, values)
 
 
 def _at(places: slice | np.ndarray, columns: Columns) -> dict[str, Any]:
     return {name: value[places] if np.ndim(value) else value for name, value in columns.items()}
+
+
+def _shortest(value: Any) -> Any:
+    """One number for equal elements: formulas of it cost less."""
+    return value[0] if np.ndim(value) and (value == value[0]).all() else value
 
 
 def _ordinary(block: Columns) -> Any:
