@@ -5,7 +5,6 @@ exponent 12, whose series of 18 terms is the least accurate.
 """
 
 import math
-import re
 
 import numpy as np
 import pytest
@@ -90,12 +89,9 @@ def test_random_impacts(kind):
 def test_laws_in_one_call():
     rng = np.random.default_rng(4)
     parts = [DEFAULTS | random_values(rng, *arguments) for arguments in KINDS.values()]
+    columns = {n: [np.broadcast_to(part[n], SIZE) for part in parts] for n in DEFAULTS}
     order = rng.permutation(SIZE * len(parts))
-    values = {
-        name: np.concatenate([np.broadcast_to(part[name], SIZE) for part in parts])[order]
-        for name in DEFAULTS
-    }
-    check(values)
+    check({name: np.concatenate(column)[order] for name, column in columns.items()})
 
 
 def test_nearly_equal_masses_that_hardly_close():
@@ -167,9 +163,6 @@ def test_forces_of_a_contact(values):
     inside = (times > 0.0) & (times < end)
     assert (forces[~inside] == 0.0).all()
     assert np.abs(forces - exact)[inside].max() < 1e-13 * contact.max_force
-
-
-def test_a_contact_without_closed_form_has_no_forces():
     assert golf_impact.arrays.impacts.closed_contact({"law": 2, "b": 1e3}) is None
 
 
@@ -180,16 +173,13 @@ def test_shapes_and_cases_without_a_contact():
     k, speed = np.array([5e5, 1e6, 2e6, 4e6]), np.array([[20.0], [40.0], [-1.0]])
     outputs = ("smash_factor", "contact_time", "touched", "separated")
     got = golf_impact.run_impacts(outputs, law=2, k=k, club_speed=speed)
-    assert {name: (value.shape, value.dtype) for name, value in got.items()} == {
-        name: ((3, 4), bool if name in FLAGS else float) for name in outputs
-    }
+    shapes = [(name, value.shape, value.dtype) for name, value in got.items()]
+    assert shapes == [(name, (3, 4), bool if name in FLAGS else float) for name in outputs]
     assert got["touched"].tolist() == got["separated"].tolist() == [[True] * 4] * 2 + [[False] * 4]
     assert np.isnan(got["smash_factor"]).tolist() == (~got["touched"]).tolist()
-    assert got.refused.shape == (3, 4)
-    assert not got.refused.any()
+    assert got.refused.tolist() == [[False] * 4] * 3
     one = golf_impact.run_impacts(law=2)
-    assert list(one) == list(golf_impact.run_impact(law=2))
-    assert [value.shape for value in one.values()] == [()] * len(one)
+    assert [value.shape for value in one.values()] == [()] * len(METRICS)
     assert golf_impact.run_impacts(["impulse"], k=np.empty((0, 2)))["impulse"].shape == (0, 2)
 
 
@@ -204,12 +194,9 @@ def test_refused_cases_and_the_first_reason_are_those_of_the_scalar_physics():
     assert got.refused.tolist() == [False] + [True] * 7
     assert np.isnan(got["impulse"]).tolist() == got.refused.tolist()
     for n in range(1, 8):
-        case = {name: value[n] for name, value in values.items()}
-        alone = golf_impact.run_impacts(**case)
-        with pytest.raises(golf_impact.UserError, match=re.escape(alone.reason)):
-            golf_impact.run_impact(**case)
-        if n == 1:
-            assert got.reason == alone.reason
+        with pytest.raises(golf_impact.UserError) as caught:
+            golf_impact.run_impact(**{name: value[n] for name, value in values.items()})
+        assert n > 1 or got.reason == str(caught.value)
     line = golf_impact.run_impacts(law=2, restitution_at_rest=[0.9, 0.1], restitution_slope=0.003)
     assert line.refused.tolist() == [False, True]
     assert "at touch" in line.reason
@@ -237,9 +224,8 @@ def test_instants_in_any_order():
     path = golf_impact.run_trajectory(80, law=2, gap=1e-3)
     order = np.random.default_rng(1).permutation(80).reshape(4, 20)
     got = golf_impact.run_trajectory(times=path["time"][order], law=2, gap=1e-3)
-    assert (got["time"] == path["time"][order]).all()
-    speed = golf_impact.run_impact(["ball_velocity"], law=2)["ball_velocity"]
-    assert np.abs(got["ball_velocity"] - path["ball_velocity"][order]).max() < 1e-13 * speed
+    for name, values in path.items():
+        np.testing.assert_allclose(got[name], values[order], atol=1e-13 * np.abs(values).max())
 
 
 @pytest.mark.parametrize(

@@ -11,8 +11,6 @@ from golf_impact.calibration.calibration import Calibration as Calibration
 from golf_impact.calibration.calibration import calibrate as calibrate
 from golf_impact.errors import UserError as UserError
 from golf_impact.fmu.impact_fmu import ImpactFmu as ImpactFmu
-from golf_impact.sweeps import Study as Study
-from golf_impact.sweeps import Summary as Summary
-from golf_impact.sweeps import run_sweep as run_sweep
+from golf_impact.sweeps import sweep as sweep
 
 __version__: str

@@ -5,6 +5,7 @@ from __future__ import annotations
 import secrets
 import shutil
 from collections.abc import Callable
+from concurrent.futures import CancelledError
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ import numpy as np
 
 from golf_build import VERSION
 from golf_impact.errors import UserError, first_line, missing_package
-from golf_impact.sweep_files import BLOCK, Summary, write_table
+from golf_impact.sweep_table import BLOCK, Summary, write_table
 from golf_impact.sweeps import Design
 
 #: How long to wait for a scheduler and a worker.
@@ -47,7 +48,7 @@ def sweep_on_cluster(
     try:
         folder.mkdir(parents=True)
         (folder / "shared").touch()
-        with distributed.Client(address, timeout=_PATIENCE, set_as_default=False) as client:
+        with distributed.Client(address, timeout=_PATIENCE) as client:
             client.wait_for_workers(1, timeout=_PATIENCE)
             for worker, (version, shared) in client.run(_inspect, folder / "shared").items():
                 if version != VERSION:
@@ -59,7 +60,7 @@ def sweep_on_cluster(
             count = min(design.cases, max(-(-design.cases // BLOCK), 4 * threads))
             ends = np.linspace(0, design.cases, count + 1).astype(int).tolist()
             futures = [
-                client.submit(_write_part, folder / f"{n:06}.parquet", arguments, *part, pure=False)
+                client.submit(_write_part, folder / f"{n:06}.parquet", arguments, *part, retries=2)
                 for n, part in enumerate(pairwise(ends))
             ]
             done = 0
@@ -71,7 +72,10 @@ def sweep_on_cluster(
             shutil.rmtree(path)
         folder.rename(path)
     # Workers of an earlier version lack an attribute or a module.
-    except (distributed.KilledWorker, OSError, ValueError, ImportError, AttributeError) as error:
+    except (
+        distributed.KilledWorker, distributed.TimeoutError, CancelledError, OSError, ValueError,
+        ImportError, AttributeError,
+    ) as error:  # fmt: skip
         raise UserError(
             f"the Dask cluster at {address} can't do it ({first_line(error)}): start `dask "
             "scheduler` and `dask worker` with this version of golf-impact and its extra cluster"

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from golf_build import VERSION
 from golf_impact.api import check_names, run_impacts
 from golf_impact.arrays.impacts import DEFAULTS
 from golf_impact.ball import ball, conditions_of
@@ -23,6 +24,8 @@ OUTPUTS = (
     "smash_factor", "coefficient_of_restitution", "energy_efficiency", "club_velocity",
     "ball_velocity", "contact_time",
 )  # fmt: skip
+
+METHODS = ("random", "lhs", "sobol")
 
 _FORMS = "VALUE, A,B,C, LO:HI:COUNT, log:LO:HI:COUNT, normal:MEAN:SIGMA or uniform:LO:HI"
 
@@ -89,7 +92,7 @@ def _parse(text: str, unit: str) -> Axis:
 
 
 def _is_random(axis: Axis) -> bool:
-    return not isinstance(axis, np.ndarray)
+    return hasattr(axis, "ppf")
 
 
 class Design:
@@ -126,7 +129,7 @@ class Design:
             (not self.axes, "nothing is swept: give NAME=LO:HI:COUNT, e.g. k=0.5e6:2e6:100"),
             (not self.outputs, "there is no output: name one at least"),
             (len({*self.outputs}) < len(self.outputs), "an output is named twice"),
-            (method not in _SHARES, f"method {method} is unknown: it is {', '.join(_SHARES)}"),
+            (method not in METHODS, f"method {method} is unknown: it is {', '.join(METHODS)}"),
             (seed < 0, f"seed = {seed} is refused: it must be at least 0"),
             (random and samples is None, "a distribution needs a number of samples (--samples N)"),
             (not random and samples is not None, f"{number}: there is no distribution to sample"),
@@ -136,12 +139,11 @@ class Design:
             if refused:
                 raise UserError(reason)
         self._samples: dict[str, np.ndarray] = {}
-        if samples is not None:
+        if random:
             generator = np.random.default_rng(seed)
-            shares = _SHARES[method](len(self.distributions), generator, samples).T
-            self._samples = {
-                n: axis.ppf(u) for (n, axis), u in zip(self.distributions.items(), shares)
-            }
+            shares = _shares(method, len(self.distributions), generator, self.shape[-1])
+            for (name, axis), column in zip(self.distributions.items(), shares.T):
+                self._samples[name] = axis.ppf(column)
 
     def columns(self, begin: int, end: int) -> dict[str, np.ndarray]:
         """The swept variables in the cases from `begin` to before `end`, by name."""
@@ -168,27 +170,17 @@ class Design:
         return found
 
 
-def _sobol_sequence(dimensions: int, generator: np.random.Generator, number: int) -> np.ndarray:
+def _shares(method: str, dimensions: int, generator: Any, number: int) -> np.ndarray:
+    """Points in the unit cube, shape (number, dimensions)."""
+    if method == "random":
+        return generator.random((number, dimensions))
     from scipy.stats import qmc
 
+    sampler = qmc.Sobol if method == "sobol" else qmc.LatinHypercube
     with warnings.catch_warnings():
         # Balanced only for powers of 2: any other number is still a fair sample.
         warnings.simplefilter("ignore", UserWarning)
-        return qmc.Sobol(dimensions, seed=generator).random(number)
-
-
-def _latin_hypercube(dimensions: int, generator: np.random.Generator, number: int) -> np.ndarray:
-    from scipy.stats import qmc
-
-    return qmc.LatinHypercube(dimensions, seed=generator).random(number)
-
-
-#: Points in the unit cube, shape (number, dimensions), by method.
-_SHARES = {
-    "random": lambda dimensions, generator, number: generator.random((number, dimensions)),
-    "lhs": _latin_hypercube,
-    "sobol": _sobol_sequence,
-}
+        return sampler(dimensions, seed=generator).random(number)
 
 
 def sweep(
@@ -240,11 +232,11 @@ def sobol_indices(design: Design, impact: ImpactRuns | None = None) -> dict[str,
     which `scipy.stats.sobol_indices` can't do.
 
     Returns:
-        {"first_order" | "total": {output: {variable: [value, low, high]}}, "samples", "seed"}; NaN
-        for an output that is constant but for rounding.
+        {"first_order" | "total": {output: {variable: [value, low, high]}}, "samples", "seed",
+        "version"}; NaN for an output that is constant but for rounding.
     """
     axes, generator = design.distributions, np.random.default_rng(design.seed)
-    both = _sobol_sequence(2 * len(axes), generator, _POINTS)
+    both = _shares("sobol", 2 * len(axes), generator, _POINTS)
     first, second = both[:, : len(axes)], both[:, len(axes) :]
     mixed = [np.where(np.arange(len(axes)) == n, second, first) for n in range(len(axes))]
     points = np.concatenate([first, second, *mixed])
@@ -259,7 +251,7 @@ def sobol_indices(design: Design, impact: ImpactRuns | None = None) -> dict[str,
         kind: {output: dict(zip(axes, shares)) for output, shares in zip(found, of_kind)}
         for kind, of_kind in zip(("first_order", "total"), estimates.tolist())
     }
-    return indices | {"samples": _POINTS, "seed": design.seed}
+    return indices | {"samples": _POINTS, "seed": design.seed, "version": VERSION}
 
 
 def _estimates(rows: np.ndarray, generator: np.random.Generator) -> np.ndarray:
@@ -273,9 +265,9 @@ def _estimates(rows: np.ndarray, generator: np.random.Generator) -> np.ndarray:
     if not points:
         return shares
     # Every resample weighs the points by how often it draws them; the first row has each once.
-    resamples = generator.integers(points, size=(_RESAMPLES, points))
-    counts = [np.bincount(drawn, minlength=points) for drawn in resamples]
-    weights = np.array([np.ones(points), *counts]) / points
+    weights = np.full((_RESAMPLES + 1, points), 1.0 / points)
+    for row in weights[1:]:
+        row *= np.bincount(generator.integers(points, size=points), minlength=points)
     for n, of_output in enumerate(rows):
         if np.ptp(of_output) <= 1e-12 * np.abs(of_output).max():
             continue

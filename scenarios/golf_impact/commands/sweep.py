@@ -57,7 +57,7 @@ def sweep(
     """
     from golf_impact import files
     from golf_impact.ball import ball
-    from golf_impact.sweep_files import check_name, write_table
+    from golf_impact.sweep_table import write_table
     from golf_impact.sweeps import OUTPUTS, Design, sobol_indices
 
     if study is not None:
@@ -66,7 +66,6 @@ def sweep(
         raise UserError("no output file: give --out FILE.csv or FILE.parquet")
     if fmu is not None and scheduler is not None:
         raise UserError("an FMU runs in this process: leave out --fmu or --scheduler")
-    check_name(out)
     sets = pairs_of(set_ or [], "NAME=VALUES, e.g. --set k=0.5e6:2e6:100")
     names = OUTPUTS if outputs is None else tuple(map(str.strip, outputs.split(",")))
     arguments = sets, names, samples, seed, method
@@ -117,7 +116,7 @@ def _picture(design: Design, drawn: np.ndarray) -> bytes:
     import numpy as np
 
     from golf_impact.results import plotting
-    from golf_impact.sweep_files import draw
+    from golf_impact.sweep_picture import draw
 
     if np.isfinite(drawn).sum() < 2:
         return b""
