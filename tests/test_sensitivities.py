@@ -94,7 +94,8 @@ def test_exponents_and_cor_lines(values, wrt):
     check(relative, values, wrt, mp.mpf(10) ** -18)
 
 
-def test_arrays():
+def test_cases_without_sensitivities():
+    """They are NaN, with the reason of the first; the others are as if they were alone."""
     k, speed = np.array([1e6, -1.0, 2e6, 1e6]), np.array([[35.0], [-1.0]])
     got = golf_impact.sensitivities(["impulse"], ["k", "club_speed"], k=k, club_speed=speed)
     assert list(got) == ["impulse"]
@@ -102,28 +103,45 @@ def test_arrays():
     # Refused, and without a contact.
     for slope in got["impulse"].values():
         assert np.isnan(slope).tolist() == [[False, True, False, False], [True] * 4]
-    alone = golf_impact.sensitivities(["impulse"], ["k"], k=2e6)["impulse"]["k"]
-    assert alone.shape == ()
-    assert alone == got["impulse"]["k"][0, 2]
+    assert got.refused.tolist() == [[False, True, False, False]] * 2
+    assert got.reason.startswith("k = -1.0 N/m is refused")
+    alone = golf_impact.sensitivities(["impulse"], ["k"], k=2e6)
+    assert alone["impulse"]["k"].shape == ()
+    assert alone["impulse"]["k"] == pytest.approx(got["impulse"]["k"][0, 2], rel=1e-13)
+    assert alone.reason == ""
+
+
+#: Output, variable, values of two cases, and which of them has no derivative, why.
+WITHOUT = [
+    ("impulse", "k", {"club_speed": [35.0, -1.0]}, 1, "the bodies don't touch"),
+    ("impulse", "k", {"law": 2, "b": [9.0, 500.0]}, 1, "closed form"),
+    ("impulse", "k", {"club_force": [0.0, 100.0]}, 1, "closed form"),
+    ("impulse", "exponent", {"law": 2, "exponent": [1.0, 1.5]}, 0, "slope over exponent"),
+    ("impulse", LINE[0], {"law": 2, LINE[0]: [0.8, 0.0]}, 1, "slope over restitution"),
+    ("contact_time", "b", {**BALL, "b": [9.0, 0.0]}, 1, "contact_time has no finite slope over b"),
+]
+
+
+@pytest.mark.parametrize(("output", "variable", "values", "which", "reason"), WITHOUT)
+def test_where_there_are_none(output, variable, values, which, reason):
+    got = golf_impact.sensitivities(output, variable, **values)
+    assert np.isnan(got[output][variable]).tolist() == [which == 0, which == 1]
+    assert reason in got.reason
+    assert not got.refused.any()
 
 
 @pytest.mark.parametrize(
-    ("outputs", "wrt", "values", "message"),
+    ("outputs", "wrt", "message"),
     [
-        (["touched"], ["k"], {}, "touched is refused"),
-        (["ball_position"], ["k"], {}, "ball_position is refused"),
-        (["impulse"], ["law"], {}, "law is refused"),
-        (["impulse"], ["club_force"], {}, "club_force is refused"),
-        (["impulse"], ["mass"], {}, "no input or parameter 'mass'"),
-        (["impulse"], ["k"], {"law": [1, 2], "b": 500.0}, r"case at \[0\] .* closed form"),
-        (["impulse"], ["exponent"], {"law": 2}, "this impact .* no finite slope over exponent"),
-        (["impulse"], ["restitution_at_rest"], {"law": 2}, "no finite slope over restitution"),
-        (["contact_time"], ["b"], {**BALL, "b": 0.0}, "contact_time has no finite slope over b"),
+        *((name, "k", f"{name} is refused") for name in ("touched", "force", "ball_position")),
+        *(("impulse", name, f"{name} is refused") for name in ("law", "club_force")),
+        ("impulse", "mass", "no input or parameter 'mass'"),
+        ("smash", "k", "no output 'smash'"),
     ],
 )
-def test_what_has_no_sensitivities(outputs, wrt, values, message):
+def test_names_that_are_refused(outputs, wrt, message):
     with pytest.raises(golf_impact.UserError, match=message):
-        golf_impact.sensitivities(outputs, wrt, **values)
+        golf_impact.sensitivities(outputs, wrt)
 
 
 def test_the_damping_from_which_the_force_falls_from_touch_on():

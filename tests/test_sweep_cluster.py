@@ -1,81 +1,71 @@
-"""Sweeps on a Dask cluster of two local worker processes: the bytes are those of one process."""
+"""Sweeps on a Dask cluster of two local worker processes: the cases are those of one process."""
 
 import logging
-import os
 
 import distributed
+import numpy as np
+import pyarrow.parquet
 import pytest
 
-from golf_build import VERSION
+import golf_impact
+from golf_impact import sweep_cluster
 from golf_impact.errors import UserError
-from golf_impact.sweeps import Study, executors, impacts, run_sweep
+from golf_impact.sweep_cluster import sweep_on_cluster
 
+#: A few of them have k < 0, which is refused.
 SETS = {"k": "normal:1e6:5e5", "b": "0,9", "law": "1,2"}
-
-
-def study():
-    # A few of them have k < 0, which is refused.
-    return Study.of(SETS, None, 2000, 1)
+OUTPUTS = ("smash_factor", "contact_time")
+ARGUMENTS = SETS, OUTPUTS, 2000, 1, "random"
 
 
 @pytest.fixture(scope="module")
-def alone(tmp_path_factory):
-    path = tmp_path_factory.mktemp("alone") / "x.csv"
-    summary = run_sweep(study(), path)
-    assert summary.refused > 0
-    return path.read_bytes()
-
-
-@pytest.fixture(scope="module")
-def workers():
+def address():
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=logging.CRITICAL
     ) as cluster:
-        yield cluster
+        yield cluster.scheduler_address
 
 
-@pytest.mark.ci
-def test_a_cluster_whose_worker_dies(alone, tmp_path, workers):
-    before = {worker.pid for worker in workers.workers.values()}
-    victim = min(before)
-    seen = []
-
-    def kill(done):
-        if not seen:
-            os.kill(victim, 9)
-        seen.append(done)
-
-    out = tmp_path / "x.csv"
-    address = workers.scheduler_address
-    run_sweep(study(), out, scheduler=address, chunk=100, progress=kill)
-    assert out.read_bytes() == alone
-    assert seen == list(range(100, 8001, 100))
-    # The other one continues, whether or not Dask has started a new one yet.
-    run_sweep(study(), tmp_path / "y.csv", scheduler=address, chunk=100)
-    assert (tmp_path / "y.csv").read_bytes() == alone
-    assert victim not in {worker.pid for worker in workers.workers.values()}
+@pytest.mark.parametrize("block", [100_000, 300])
+def test_a_table_of_parts(address, tmp_path, monkeypatch, block):
+    monkeypatch.setattr(sweep_cluster, "BLOCK", block)
+    path, seen = tmp_path / "x.parquet", []
+    for _ in range(2):  # the second one replaces the first
+        summary = sweep_on_cluster(address, path, ARGUMENTS, seen.append)
+    assert len([*path.iterdir()]) == max(8, -(-8000 // block))
+    assert [one.name for one in tmp_path.iterdir()] == ["x.parquet"]
+    assert seen[-1] == 8000
+    found = pyarrow.parquet.read_table(path)
+    expected = golf_impact.sweep(SETS, OUTPUTS, samples=2000, seed=1)
+    assert found.column_names == [*expected]
+    for name, column in expected.items():
+        same = {"rtol": 1e-13 if name in OUTPUTS else 0.0}
+        np.testing.assert_allclose(found[name].to_numpy(), column, **same)
+    assert summary.refused == expected.refused.sum() > 0
+    assert summary.first == (expected.refused.argmax() + 1, expected.reason)
+    np.testing.assert_allclose(summary.drawn, expected["smash_factor"], rtol=1e-13)
 
 
-def test_the_executor_of_a_client(alone, tmp_path, workers):
-    """That of a user's cluster, not made for sweeps."""
-    with distributed.Client(workers) as client:
-        executor = client.get_executor()
-        run_sweep(study(), tmp_path / "x.csv", executor=executor, chunk=500)
-    assert (tmp_path / "x.csv").read_bytes() == alone
+def test_what_is_refused(address, tmp_path, monkeypatch):
+    path = tmp_path / "x.parquet"
 
+    def words(to=address, path=path):
+        with pytest.raises(UserError) as caught:
+            sweep_on_cluster(to, path, ARGUMENTS, print)
+        return str(caught.value)
 
-def test_workers_of_another_version(tmp_path, workers, monkeypatch):
-    """To them this process has another one."""
-    monkeypatch.setattr(impacts, "identity", lambda: "golf-impact 0.0.9, physics 0123456789ab")
-    words = f"^a worker has golf-impact {VERSION}, .* install the same golf-impact for all of them"
-    with pytest.raises(UserError, match=words):
-        run_sweep(study(), tmp_path / "x.csv", scheduler=workers.scheduler_address)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_no_cluster(tmp_path, monkeypatch):
-    monkeypatch.setattr(executors, "_PATIENCE", "0.5s")
-    for address in ("tcp://127.0.0.1:1", "nonsense"):
-        with pytest.raises(UserError, match=f"no Dask cluster with workers at {address}"):
-            run_sweep(study(), tmp_path / "x.csv", scheduler=address)
-    assert list(tmp_path.iterdir()) == []
+    monkeypatch.setattr(sweep_cluster, "_PATIENCE", "0.5s")
+    for nowhere in ("tcp://127.0.0.1:1", "nonsense"):
+        assert f"the Dask cluster at {nowhere} can't do it" in words(nowhere)
+    monkeypatch.undo()
+    assert "must be a folder FILE.parquet" in words(path=tmp_path / "x.csv")
+    (tmp_path / "file.parquet").touch()
+    assert "must be a folder" in words(path=tmp_path / "file.parquet")
+    # To the workers this process has another version.
+    monkeypatch.setattr(sweep_cluster, "VERSION", "0.0.9")
+    assert "not 0.0.9" in words()
+    monkeypatch.undo()
+    # What they are to look at isn't there.
+    monkeypatch.setattr(sweep_cluster.Path, "touch", lambda self: None)
+    assert f"doesn't share the folder {tmp_path}" in words()
+    assert [one.name for one in tmp_path.iterdir()] == ["file.parquet"]

@@ -22,9 +22,9 @@
       k = 914000 ± 19000 N/m
       b = 37.3 ± 1.3 N·s/m
       χ² = 0.000, degrees of freedom 0
-    >>> study = golf_impact.Study.of({"k": "0.5e6:2e6:100", "b": "0,9,12"})
-    >>> golf_impact.run_sweep(study, "k_b.csv").cases
-    300
+    >>> table = golf_impact.sweep({"law": 2, "k": "0.5e6:2e6:100", "b": "0,9,12"})
+    >>> table["smash_factor"].shape
+    (300,)
 
 A scenario script imports `golf_impact.scenario`; the console script is `golf_impact.__main__`.
 """
@@ -32,7 +32,7 @@ A scenario script imports `golf_impact.scenario`; the console script is `golf_im
 #: The modules of the public names; their types are in __init__.pyi.
 _MODULES = {
     "Ball": "ball", "Calibration": "calibration.calibration", "UserError": "errors",
-    "Impact": "fmu", "Study": "sweeps", "Summary": "sweeps", "run_sweep": "sweeps",
+    "Impact": "fmu", "sweep": "sweeps",
     "calibrate": "calibration.calibration", "read_ball": "ball", "balls": "api",
     "run_impact": "api", "run_impacts": "api", "run_trajectory": "api",
     "sensitivities": "api",

@@ -4,37 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from numbers import Integral
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from golf_physics.variables import VARIABLES
 from numpy.typing import ArrayLike
 
-from golf_impact.arrays import impacts, trajectory
-from golf_impact.arrays import sensitivities as slopes
-from golf_impact.arrays.impacts import ImpactArrays
+from golf_impact.arrays.impacts import DEFAULTS, MOMENTARY, impacts
 from golf_impact.arrays.scalar import ScalarImpacts
-from golf_impact.errors import UserError
-from golf_impact.runs import METRICS, PATH
+from golf_impact.arrays.sensitivities import Sensitivities
+from golf_impact.arrays.sensitivities import sensitivities as slopes
+from golf_impact.errors import UserError, unknown_name
+from golf_impact.runs import FLAGS, METRICS, PATH, ImpactArrays, Named
 
 if TYPE_CHECKING:
     from golf_impact.ball import Ball
-    from golf_impact.fmu.impact_fmu import ImpactFmu
 
+_OUTPUTS = tuple(row.name for row in VARIABLES if row.causality == "output")
 
-def load_fmu(path: Path | str | None = None) -> ImpactFmu:
-    """Open the FMU, for many impacts in one instance; use it in a `with` block.
-
-    Args:
-        path: an .fmu file; by default that of the current sources, built if necessary.
-
-    Raises:
-        UserError: it can't be read, built or loaded.
-    """
-    from golf_impact.fmu.file import current_fmu
-    from golf_impact.fmu.impact_fmu import ImpactFmu
-
-    return ImpactFmu(current_fmu()[0] if path is None else Path(path))
+#: The largest communication step of the FMU, s.
+_LONGEST = 1e100
 
 
 def balls() -> dict[str, Ball]:
@@ -62,7 +51,7 @@ def run_impact(outputs: Iterable[str] = METRICS, **values: float) -> dict[str, f
         UserError: the physics rejects a value, or has no variable of a name.
     """
     outputs = _names(outputs)
-    impacts.check_names(outputs, values)
+    check_names(outputs, values)
     return ScalarImpacts().impact(outputs, **_numbers(values))
 
 
@@ -70,8 +59,7 @@ def run_impacts(outputs: Iterable[str] = METRICS, **values: ArrayLike) -> Impact
     """Compute many impacts at once.
 
     Contacts in closed form (underdamped, as in golf) are computed by arrays, millions per second;
-    the others one by one. Each result depends on the values of its case alone, to the last bit, and
-    differs from that of `run_impact` by rounding.
+    the others one by one. Results differ from those of `run_impact` by rounding.
 
     Args:
         outputs: Real or Boolean outputs.
@@ -99,10 +87,9 @@ def run_impacts(outputs: Iterable[str] = METRICS, **values: ArrayLike) -> Impact
         >>> impacts.reason
         'b = -9.0 N.s/m is refused: it must be a finite number >= 0'
     """
-    outcome = impacts.impacts(_names(outputs), *impacts.as_arrays(values))
-    results = ImpactArrays(outcome.columns)
-    results.refused, results.reason = outcome.refused, outcome.reason
-    return results
+    outputs = _names(outputs)
+    check_names(outputs, values)
+    return impacts(outputs, *_columns(values))
 
 
 def run_trajectory(
@@ -132,14 +119,72 @@ def run_trajectory(
         array([3575., 6556.])
     """
     outputs = _names(outputs)
-    impacts.check_names(outputs, values)
+    check_names(outputs, values)
     values = _numbers(values)
     if times is not None:
-        return trajectory.run_trajectory(outputs, times, values)
+        return _samples(outputs, times, values)
     if not isinstance(points, Integral) or points < 2:
         why = "it must be a whole number of at least 2"
         raise UserError(f"points = {points!r} is refused: {why}", "points", points, why)
     return ScalarImpacts().trajectory(int(points), outputs, **values)
+
+
+def _samples(
+    outputs: Sequence[str], times: ArrayLike, values: Mapping[str, float]
+) -> dict[str, np.ndarray]:
+    """See `run_trajectory` with times."""
+    instants = np.asarray(_array("times", times))
+    accepted = (instants >= 0.0) & (instants <= _LONGEST)
+    if not accepted.all():
+        given, why = instants[~accepted][0].item(), f"each must be a number of 0 to {_LONGEST:g} s"
+        raise UserError(f"times with {given!r} are refused: {why}", "times", given, why)
+    if "mean_force" in outputs:
+        why = "it is that of a communication step; use points"
+        raise UserError(f"mean_force is refused with times: {why}", "mean_force", reason=why)
+    runs = ScalarImpacts()
+    runs.start(**values)
+    rising, places = np.unique(np.append(0.0, instants), return_inverse=True)
+    samples = runs.sample(rising, outputs)
+    places = places[1:].reshape(instants.shape)
+    return Named({"time": instants, **{name: row[places] for name, row in samples.items()}})
+
+
+def check_names(outputs: Iterable[str], settable: Iterable[str]) -> None:
+    """Raise a UserError for a name that no output, or no input or parameter has."""
+    for kind, names, known in (
+        ("output", outputs, _OUTPUTS), ("input or parameter", settable, tuple(DEFAULTS))
+    ):  # fmt: skip
+        for name in names:
+            if name not in known:
+                raise unknown_name(kind, name, known)
+
+
+def _array(name: str, value: Any) -> np.ndarray:
+    """A value as an array of floats; UserError if it isn't numeric."""
+    try:
+        # What is masked is missing: NaN, which is rejected.
+        array: Any = np.ma.asarray(value)
+        # Objects may be numbers, too: large integers, or those of `decimal`.
+        if array.dtype.kind == "O":
+            array = array.astype(float)
+        return np.asarray(np.ma.filled(array.astype(float, casting="same_kind"), np.nan))
+    except (TypeError, ValueError, OverflowError):
+        why = "it must be a number or an array of them"
+        raise UserError(f"{name} is refused: {why}", name, value, why) from None
+
+
+def _columns(values: Mapping[str, Any]) -> tuple[dict[str, Any], tuple[int, ...]]:
+    """Values as numbers and arrays of shape (cases,), and the shape to which they broadcast."""
+    arrays = {name: _array(name, value) for name, value in values.items()}
+    try:
+        shape = np.broadcast_shapes(*(array.shape for array in arrays.values()))
+    except ValueError:
+        shapes = ", ".join(f"{name} {array.shape}" for name, array in arrays.items() if array.ndim)
+        raise UserError(f"these shapes don't broadcast to one: {shapes}") from None
+    return {
+        name: np.float64(array.item()) if array.size == 1 else np.broadcast_to(array, shape).ravel()
+        for name, array in arrays.items()
+    }, shape
 
 
 def _names(names: Iterable[str]) -> Sequence[str]:
@@ -165,29 +210,41 @@ def sensitivities(
     outputs: Iterable[str] = METRICS,
     wrt: Iterable[str] = ("k", "b", "club_speed"),
     **values: ArrayLike,
-) -> dict[str, dict[str, np.ndarray]]:
+) -> Sensitivities:
     """Partial derivatives of an impact's results, exact to rounding (by a complex step).
 
     Args:
         outputs: Real outputs that are results of a contact; not force, compression, mean_force and
-            positions, which are those at the end of the simulated time.
+            positions, which go on changing after it.
         wrt: inputs and parameters, other than law and club_force.
         values: inputs and parameters by name (SI units), numbers or arrays that broadcast to one
             shape; defaults for the others.
 
     Returns:
         By output and variable the derivative, an array of that shape, in the output's unit over the
-        variable's (SI). NaN where a case is rejected, or the bodies don't touch.
+        variable's (SI). NaN where there is none: a case is rejected, or the bodies don't touch; the
+        contact isn't in closed form (COR below 0.14, with an exponent below 0.22; under law 1 ζ
+        above 0.5, or less where drag moves both bodies; a club_force); over exponent or
+        restitution_at_rest where that is at its start value; a contact time with an exponent over a
+        damping of 0. Attributes: `refused`, an array of bools of that shape, marks the rejected
+        cases; `reason` is why the first case with a NaN (in C order) has it, or empty.
 
     Raises:
-        UserError: there is no variable of a name, or no derivative: a contact that isn't in closed
-            form (COR below 0.14, with an exponent below 0.22; under law 1 ζ above 0.5, or less
-            where drag moves both bodies), exponent = 1, restitution_at_rest = 0, a contact time
-            with an exponent over a damping of 0.
+        UserError: there is no variable of a name, or it has no derivatives; a value isn't numeric,
+            or shapes don't broadcast.
 
     Example:
         >>> slopes = sensitivities(["ball_velocity"], wrt=["club_speed", "m_club"], law=2)
         >>> {name: round(slope.item(), 4) for name, slope in slopes["ball_velocity"].items()}
         {'club_speed': 1.5842, 'm_club': 48.1936}
     """
-    return slopes.sensitivities(_names(outputs), _names(wrt), values)
+    outputs, wrt = _names(outputs), _names(wrt)
+    check_names(outputs, (*values, *wrt))
+    for name in (*outputs, *wrt):
+        if name in (*FLAGS, *MOMENTARY, "law", "club_force"):
+            why = (
+                "sensitivities are those of a contact's results, not of flags or of values that "
+                "change after it, over numbers other than law and club_force"
+            )
+            raise UserError(f"{name} is refused: {why}", name, reason=why)
+    return slopes(outputs, wrt, *_columns(values))

@@ -7,7 +7,7 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from golf_impact.errors import unknown_name
+from golf_impact.errors import UserError, unknown_name
 from golf_impact.quantities import undefined_results
 
 #: A communication step (s) that is longer than any contact in golf; results don't depend on it.
@@ -49,7 +49,7 @@ class ImpactRuns:
 
         Results have no value if the bodies don't touch or separate within `horizon`.
         """
-        self.run_to_end(self.horizon(values).item(), values)
+        self.run_to_end(self.horizon(values), values)
         results = Named(self.read(outputs))
         undefined = undefined_results(self.read_flag("touched"), self.read_flag("separated"))
         results.update((name, undefined[name]) for name in undefined.keys() & results.keys())
@@ -70,33 +70,35 @@ class ImpactRuns:
             self.step(0.0, horizon)
         return horizon
 
-    @np.errstate(all="ignore")
-    def horizon(self, values: Mapping[str, Any]) -> np.ndarray:
+    def horizon(self, values: Mapping[str, Any]) -> float:
         """A communication step (s) within which the bodies touch and separate, if they ever do.
 
-        The values (SI units; defaults for the others) are numbers or arrays of one shape, which is
-        that of the result. They may be values that the FMU rejects.
+        The values (SI units; defaults for the others) may be such that the FMU rejects them.
         """
         gap, club, ball = self._values(values, "gap", "club_speed", "ball_speed")
-        approach = np.where(club > ball, gap / (club - ball), 0.0)
-        steps = np.fmax(HORIZON, 20.0 * self.half_period(values)) + approach
-        return np.where(np.isfinite(steps) & (steps > 0.0), steps, HORIZON)
+        try:
+            approach = gap / (club - ball) if club > ball else 0.0
+            step = max(HORIZON, 20.0 * self.half_period(values)) + approach
+        except (ArithmeticError, ValueError):
+            return HORIZON
+        return step if 0.0 < step < math.inf else HORIZON
 
-    def _values(self, values: Mapping[str, Any], *names: str) -> list[np.ndarray]:
-        return [np.asarray(values.get(name, self.default(name)), float) for name in names]
+    def _values(self, values: Mapping[str, Any], *names: str) -> list[float]:
+        return [float(values.get(name, self.default(name))) for name in names]
 
-    @np.errstate(all="ignore")
-    def half_period(self, values: Mapping[str, Any]) -> np.ndarray:
+    def half_period(self, values: Mapping[str, Any]) -> float:
         """The contact time without damping, s: π √(μ/k); an estimate if the exponent isn't 1."""
         m_club, m_ball, k, n = self._values(values, "m_club", "m_ball", "k", "exponent")
         club, ball, d_r = self._values(values, "club_speed", "ball_speed", "reference_compression")
         mu = 1.0 / (1.0 / m_club + 1.0 / m_ball)
-        period, closing = math.pi * np.sqrt(mu / k), np.abs(club - ball)
+        period, closing = math.pi * math.sqrt(mu / k), abs(club - ball)
+        if not (n > 1.0 and closing > 0.0):
+            return period
         # Kinetic energy μ v²/2 = k d_r^(1-n) d^(n+1)/(n+1) at the largest compression d.
         ratio = closing * period / (math.pi * d_r)
-        # Not **, which rounds a single number differently from an array's element.
-        compression = d_r * np.power(0.5 * (n + 1.0) * ratio * ratio, 1.0 / (n + 1.0))
-        return np.where((n > 1.0) & (closing > 0.0), math.pi * compression / closing, period)
+        # NumPy's power and Python's ** differ in the last bit.
+        compression = d_r * float(np.power(0.5 * (n + 1.0) * ratio * ratio, 1.0 / (n + 1.0)))
+        return math.pi * compression / closing
 
     def trajectory(
         self, points: int = 301, names: Sequence[str] = PATH, **values: Any
@@ -109,7 +111,7 @@ class ImpactRuns:
         touch = 0.0 if math.isnan(touch) else touch
         if math.isnan(contact):
             # Not separated within the horizon: sample the time in which the contact develops.
-            contact = 10.0 * self.half_period(values).item()
+            contact = 10.0 * self.half_period(values)
         margin = 0.1 * contact
         begin = max(0.0, touch - margin)
         self.start(**values)
@@ -125,3 +127,43 @@ class ImpactRuns:
             self.step(before, time - before)
             rows.append(list(self.read(names).values()))
         return dict(zip(names, np.array(rows).T.copy(), strict=True))
+
+
+class ImpactArrays(Named[np.ndarray]):
+    """Outputs of many impacts by name: arrays of one shape, of floats, or of bools for flags.
+
+    They are NaN, or False, where a case is rejected, and NaN where a result doesn't exist.
+    """
+
+    refused: np.ndarray  #: whether a case is rejected, bool
+    reason: str  #: why the first of these is, in C order; empty if there is none
+    closed: np.ndarray  #: whether closed forms computed a case, bool
+
+    def __init__(self, outputs: Sequence[str], number: int) -> None:
+        """So many cases without results yet, in one dimension."""
+        super().__init__(
+            (name, np.zeros(number, bool if name in FLAGS else float)) for name in outputs
+        )
+        self.refused, self.closed = np.zeros(number, bool), np.zeros(number, bool)
+        self.reason = ""
+
+    def run(self, runs: ImpactRuns, places: np.ndarray, columns: Mapping[str, Any]) -> None:
+        """Compute the cases at these places one by one, from values of all cases by name."""
+        number, reals = len(self.refused), [name for name in self if name not in FLAGS]
+        rows = (np.broadcast_to(column, number)[places].tolist() for column in columns.values())
+        nothing = dict.fromkeys(reals, math.nan) | dict.fromkeys(FLAGS, False)
+        for place, *row in zip(places.tolist(), *rows):
+            try:
+                found: dict[str, float] = dict(runs.impact(reals, **dict(zip(columns, row))))
+                found |= {name: runs.read_flag(name) for name in FLAGS if name in self}
+            except UserError as error:
+                found, self.refused[place] = nothing, True
+                self.reason = self.reason or str(error)
+            for name, column in self.items():
+                column[place] = found[name]
+
+    def reshaped(self, shape: tuple[int, ...]) -> "ImpactArrays":
+        """Itself, with its arrays in this shape."""
+        self.update({name: column.reshape(shape) for name, column in self.items()})
+        self.refused, self.closed = self.refused.reshape(shape), self.closed.reshape(shape)
+        return self

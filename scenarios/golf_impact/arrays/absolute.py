@@ -12,8 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from golf_impact.arrays.contacts import COMMON, Contacts, Motion
-from golf_impact.arrays.elementwise import Values, angle, cos_sin, exp, expm1, newton
+from golf_impact.arrays.contacts import COMMON, Contacts, Values, angle, cos_sin, newton
 
 #: With more damping contact may never end, and the largest compression may be at another zero (seen
 #: from 0.7 on).
@@ -36,18 +35,27 @@ class Modes(NamedTuple):
     ball: Row
 
 
+class Instant(NamedTuple):
+    """τ, the real mode and the pair at some phase."""
+
+    tau: Values
+    real: Values
+    cos: Values
+    sin: Values
+
+
 def _modes(c: Contacts) -> Modes:
     p, q, zeta = c.p, c.q, c.zeta
     # r = 2ζ(p + z) lies between the drags 2ζp and 2ζq, 2ζy below the other one; no digits are lost
-    # without damping or with equal masses.
-    square, span = 4.0 * zeta * zeta, c.unequal
+    # without damping or with equal masses, nor in q - p.
+    square, span = 4.0 * zeta * zeta, (c.m_club - c.m_ball) / (c.m_club + c.m_ball)
 
-    def step(z: Values) -> Values:
+    def function(z: Values) -> tuple[Values, Values]:
         slope, rest = p + square * (p + z) * z, span - z
-        return (q * z - rest * slope) / (rest * square * (p + 2.0 * z) - slope - q)
+        return q * z - rest * slope, q + slope - rest * square * (p + 2.0 * z)
 
     z = p * span
-    z = newton(step, z + z * q * span * square * (p + z))
+    z, _ = newton(function, z + z * q * span * square * (p + z))
     u = p + square * (p + z) * z
     y = q * z / u
     rate = np.where(np.real(z) > 0.0, p + z, q - y)[()]
@@ -67,39 +75,23 @@ def _zero(modes: Modes, row: Row) -> tuple[Values, Values]:
     """Phase of a row's first downward zero, and whether that is steep and near the pair's."""
     a, c, s = row
     growth = (modes.h - modes.r) / modes.w
-    slope = amplitude = np.sqrt(c * c + s * s)
 
-    def step(theta: Values) -> Values:
-        nonlocal slope
+    def function(theta: Values) -> tuple[Values, Values]:
         cos, sin = cos_sin(theta)
-        real = a * exp(growth * theta)
-        slope = growth * real + s * cos - c * sin
-        return -(real + c * cos + s * sin) / slope
+        real = a * np.exp(growth * theta)
+        return real + c * cos + s * sin, growth * real + s * cos - c * sin
 
     start = pi - angle(c, s)
-    theta = newton(step, start)
-    steep = np.real(slope) < -_LEAST_SLOPE * np.real(amplitude)
+    theta, slope = newton(function, start)
+    steep = np.real(slope) < -_LEAST_SLOPE * np.real(np.sqrt(c * c + s * s))
     return theta, steep & (np.abs(theta - start) < 0.5)
-
-
-def _closed(c: Contacts) -> Values:
-    return (np.real(c.zeta) <= _MOST_DAMPING) & c.end[1]
-
-
-class Instant(NamedTuple):
-    """τ, the real mode and the pair at some phase."""
-
-    tau: Values
-    real: Values
-    cos: Values
-    sin: Values
 
 
 def _instant(modes: Modes, theta: Values) -> Instant:
     cos, sin = cos_sin(theta)
     tau = theta / modes.w
-    size = exp(-modes.h * tau)
-    return Instant(tau, exp(-modes.r * tau), size * cos, size * sin)
+    size = np.exp(-modes.h * tau)
+    return Instant(tau, np.exp(-modes.r * tau), size * cos, size * sin)
 
 
 def _value(row: Row, at: Instant) -> Values:
@@ -111,11 +103,10 @@ def _integral(modes: Modes, row: Row, at: Instant) -> Values:
     a, c, s = row
     h, w, fall = modes.h, modes.w, modes.r * at.tau
     pair = (h * c + w * s) * (1.0 - at.cos) + (w * c - h * s) * at.sin
-    # The mean of e^-t for t from 0 to `fall`: (1 - e^-fall)/fall, whose slope would lose digits.
+    # The mean of e^-t for t from 0 to `fall`, which is below 5. Its slope, too, keeps all digits.
     mean: Values = 1.0
-    for n in range(10, 1, -1):
+    for n in range(40, 1, -1):
         mean = 1.0 - mean * fall / n
-    mean = np.where(np.abs(fall) < 0.1, mean, -expm1(-fall) / fall)[()]
     return pair / (h * h + w * w) + a * at.tau * mean
 
 
@@ -125,10 +116,8 @@ def _peak(c: Contacts) -> Values:
     return _zero(c.modes, (-r * a0, w * s0 - h * c0, -w * c0 - h * s0))[0]
 
 
-def _motion(c: Contacts, t: Values) -> Motion:
-    modes, at = c.modes, _instant(c.modes, c.modes.w * c.omega * t)
-    d, travel = _value(modes.d, at) / c.omega, _integral(modes, modes.ball, at) / c.omega
-    return Motion(c.k * d, d, _value(modes.club, at), _value(modes.ball, at), travel)
+def _compression(c: Contacts, theta: Values) -> Values:
+    return _value(c.modes.d, _instant(c.modes, theta)) / c.omega
 
 
 ABSOLUTE = COMMON | {
@@ -137,17 +126,16 @@ ABSOLUTE = COMMON | {
     "modes": _modes,
     "end": lambda c: _zero(c.modes, c.modes.d),
     "at_end": lambda c: _instant(c.modes, c.end[0]),
-    "closed": _closed,
+    "closed": lambda c: (np.real(c.zeta) <= _MOST_DAMPING) & c.end[1],
     "club_velocity": lambda c: _value(c.modes.club, c.at_end),
     "ball_velocity": lambda c: _value(c.modes.ball, c.at_end),
     "coefficient_of_restitution": lambda c: (c.ball_velocity - c.club_velocity) / c.closing,
     "contact_time": lambda c: c.end[0] / (c.modes.w * c.omega),
     "contact_displacement": lambda c: _integral(c.modes, c.modes.ball, c.at_end) / c.omega,
-    "left": lambda c: 0.0,
     "impulse": lambda c: c.k / (c.omega * c.omega) * _integral(c.modes, c.modes.d, c.at_end),
     "peak": _peak,
     "time_of_max_force": lambda c: c.peak / (c.modes.w * c.omega),
-    "max_compression": lambda c: _value(c.modes.d, _instant(c.modes, c.peak)) / c.omega,
+    "max_compression": lambda c: _compression(c, c.peak),
     "max_force": lambda c: c.k * c.max_compression,
-    "motion": lambda c: lambda t: _motion(c, t),
+    "force_at": lambda c: lambda t: c.k * _compression(c, c.modes.w * c.omega * t),
 }

@@ -1,0 +1,127 @@
+"""The table of a sweep, as CSV or Parquet."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from golf_build import VERSION
+from golf_build.archive import whole
+from golf_impact.errors import UserError, missing_package
+from golf_impact.runs import FLAGS, ImpactRuns
+from golf_impact.sweeps import Design
+from golf_impact.units import unit_of
+
+#: Cases at a time: a bound of the memory.
+BLOCK = 100_000
+
+Write = Callable[[Mapping[str, np.ndarray], np.ndarray], object]
+
+
+class Summary(NamedTuple):
+    """What a sweep found."""
+
+    refused: int  #: number of cases that were refused
+    first: tuple[int, str] | None  #: row (from 1, without the header) of the first, and why
+    drawn: np.ndarray  #: the first output of all cases; NaN without a value
+
+
+def write_table(
+    path: Path,
+    design: Design,
+    cases: range,
+    impact: ImpactRuns | None = None,
+    progress: Callable[[int], object] = lambda done: None,
+) -> Summary:
+    """Compute cases and write a row for each: the swept variables, then the outputs.
+
+    Args:
+        path: a .csv or .parquet file; it gets its name when it is complete.
+        design: the sweep.
+        cases: their numbers.
+        impact: an FMU to compute them through instead of the physics.
+        progress: called with the number of cases done.
+
+    Raises:
+        UserError: it has another name, or can't be written; then it is as it was.
+    """
+    refused, first, drawn = 0, None, []
+    suffix = path.suffix.lower()
+    if suffix not in (".csv", ".parquet"):
+        raise UserError(f"--out {path} is refused: its name must end in .csv or .parquet")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with whole(path) as stream, _opened(suffix, stream, design) as write:
+            for begin in cases[::BLOCK]:
+                columns = design.columns(begin, min(begin + BLOCK, cases.stop))
+                found = design.run(columns, impact)
+                write({**columns, **found}, found.refused)
+                if found.reason and first is None:
+                    first = begin + int(found.refused.argmax()) + 1, found.reason
+                refused += int(found.refused.sum())
+                drawn.append(np.where(found.refused, np.nan, found[design.outputs[0]]))
+                progress(min(begin + BLOCK, cases.stop) - cases.start)
+    except OSError as error:
+        raise UserError(f"can't write {path}: {error.strerror or error}") from error
+    return Summary(refused, first, np.concatenate(drawn))
+
+
+@contextmanager
+def _opened(suffix: str, stream: Any, design: Design) -> Iterator[Write]:
+    """A function that writes columns by name, and which of the cases are refused."""
+    names = (*design.axes, *design.outputs)
+    if suffix == ".csv":
+        stream.write((",".join(names) + "\n").encode())
+    try:
+        import pyarrow
+        from pyarrow.csv import CSVWriter, WriteOptions
+        from pyarrow.parquet import ParquetWriter
+    except ImportError as error:
+        if suffix == ".parquet":
+            raise missing_package("Parquet", "pyarrow", "sweep", ", or name a .csv file") from error
+        yield partial(_write_plain, stream)
+        return
+    # Flags are 0 and 1 in CSV.
+    flag = pyarrow.int8() if suffix == ".csv" else pyarrow.bool_()
+    types = {"ball": pyarrow.string(), "law": pyarrow.int64(), **dict.fromkeys(FLAGS, flag)}
+    fields = [
+        pyarrow.field(n, types.get(n, pyarrow.float64()), True, {"unit": unit_of(n)}) for n in names
+    ]
+    about = {"version": VERSION, "seed": str(design.seed), "method": design.method}
+    schema = pyarrow.schema(fields, about)
+    if suffix == ".csv":
+        quoted = any({*name} & {*'",\r\n'} for name in design.grid.get("ball", ()))
+        options = WriteOptions(include_header=False, quoting_style="needed" if quoted else "none")
+        writer = CSVWriter(stream, schema, write_options=options)
+    else:
+        # Doubles of outputs hardly ever repeat: dictionaries would cost most of the time.
+        writer = ParquetWriter(stream, schema, use_dictionary=["ball"])
+    with writer:
+
+        def write(columns: Mapping[str, np.ndarray], refused: np.ndarray) -> None:
+            arrays = [
+                pyarrow.array(c, mask=refused if c.dtype == bool else c != c).cast(field.type)
+                for c, field in zip(columns.values(), schema)
+            ]
+            writer.write_table(pyarrow.table(arrays, schema=schema))
+
+        yield write
+
+
+def _write_plain(stream: Any, columns: Mapping[str, np.ndarray], refused: np.ndarray) -> None:
+    """Lines of CSV without pyarrow: the same numbers."""
+    cells = []
+    for column in columns.values():
+        values = (column.astype(int) if column.dtype == bool else column).astype(object)
+        values[refused if column.dtype == bool else column != column] = None
+        cells.append(values.tolist())
+    lines = io.StringIO()
+    csv.writer(lines, lineterminator="\n").writerows(zip(*cells))
+    stream.write(lines.getvalue().encode())

@@ -1,0 +1,282 @@
+"""Parametric sweeps: grids and samples of distributions, one row a case; their Sobol indices."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable, Mapping
+from itertools import chain
+from math import prod
+from typing import Any
+
+import numpy as np
+
+from golf_build import VERSION
+from golf_impact.api import check_names, run_impacts
+from golf_impact.arrays.impacts import DEFAULTS
+from golf_impact.ball import ball, conditions_of
+from golf_impact.errors import UserError, missing_package
+from golf_impact.quantities import LAWS_IN_WORDS
+from golf_impact.runs import ImpactArrays, ImpactRuns
+from golf_impact.units import si_values, unit_of
+
+#: Default outputs: those known at the end of contact.
+OUTPUTS = (
+    "smash_factor", "coefficient_of_restitution", "energy_efficiency", "club_velocity",
+    "ball_velocity", "contact_time",
+)  # fmt: skip
+
+METHODS = ("random", "lhs", "sobol")
+
+_FORMS = "VALUE, A,B,C, LO:HI:COUNT, log:LO:HI:COUNT, normal:MEAN:SIGMA or uniform:LO:HI"
+
+#: Points of the design for Sobol indices, a power of 2: each takes an impact for every variable and
+#: two more. Resamples of these points, from which the intervals are.
+_POINTS, _RESAMPLES = 4096, 500
+
+#: Values of a grid's axis, or a frozen distribution of SciPy.
+Axis = Any
+
+
+def parse_axis(name: str, given: Any) -> Axis:
+    """An axis from text, a number or a list: floats (SI units), integers (law), names (ball).
+
+    UserError: it has none of the forms above.
+    """
+    text = given if isinstance(given, str) else ",".join(map(str, np.ravel(given).tolist()))
+    if name == "ball":
+        return np.array([ball(one.strip()).name for one in text.split(",")], object)
+    try:
+        axis = _parse(text.strip(), unit_of(name))
+    except ValueError as error:
+        why = LAWS_IN_WORDS if name == "law" else f"{error}; write {_FORMS}"
+        raise UserError(f"{name}={text} is refused: {why}", name, given, why) from None
+    if name != "law":
+        return axis
+    # An Integer of FMI has 32 bits.
+    if _is_random(axis) or (axis % 1.0).any() or (abs(axis) > 2e9).any():
+        raise UserError(f"{name}={text} is refused: {LAWS_IN_WORDS}", name, given, LAWS_IN_WORDS)
+    return axis.astype(np.int64)
+
+
+def _parse(text: str, unit: str) -> Axis:
+    kind, _, rest = text.partition(":")
+    kind = kind.strip().lower()
+    if kind not in ("log", "normal", "uniform"):
+        kind, rest = "linear" if ":" in text else "", text
+    numbers = rest.split(":" if kind else ",")
+    count = float(numbers.pop()) if kind in ("linear", "log") else 1.0
+    values = np.array(si_values(numbers, unit)) if numbers else np.array([])
+    if not np.isfinite(values).all():
+        raise ValueError("its numbers must be finite")
+    if not kind:
+        return values
+    if len(values) != 2:
+        raise ValueError("these are too many or too few numbers")
+    low, high = values.tolist()
+    for wrong, why in (
+        (kind == "normal" and high <= 0.0, f"the standard deviation {high:g} must be > 0"),
+        (kind == "log" and low <= 0.0, f"a logarithmic range begins above 0, not at {low:g}"),
+        (kind != "normal" and low > high, f"the range begins at {low:g}, above its end {high:g}"),
+        # More would be a typing error.
+        (count % 1.0 or not 1 <= count <= 1e7, f"the count {count:g} isn't 1 to 10,000,000"),
+    ):
+        if wrong:
+            raise ValueError(why)
+    if kind in ("linear", "log"):
+        return (np.geomspace if kind == "log" else np.linspace)(low, high, int(count))
+    try:
+        from scipy import stats
+    except ImportError as error:
+        raise missing_package("a distribution", "SciPy", "sweep") from error
+    return stats.norm(low, high) if kind == "normal" else stats.uniform(low, high - low)
+
+
+def _is_random(axis: Axis) -> bool:
+    return hasattr(axis, "ppf")
+
+
+class Design:
+    """The cases of a sweep, and what is read; arguments and errors as of `sweep`.
+
+    Attributes:
+        axes: of the grid and distributions, by variable.
+        grid: those of the grid; the last one varies fastest.
+        distributions: the others; their samples vary faster still.
+        outputs: names.
+        seed: of the samples.
+        method: how they are drawn.
+        shape: numbers of values of the grid's axes, and of samples.
+        cases: their product.
+    """
+
+    def __init__(
+        self,
+        sets: Mapping[str, Any],
+        outputs: Iterable[str] = OUTPUTS,
+        samples: int | None = None,
+        seed: int = 0,
+        method: str = "random",
+    ) -> None:
+        self.axes = {name: parse_axis(name, given) for name, given in sets.items()}
+        self.grid = {name: axis for name, axis in self.axes.items() if not _is_random(axis)}
+        self.distributions = {name: axis for name, axis in self.axes.items() if _is_random(axis)}
+        self.outputs, self.seed, self.method = tuple(outputs), seed, method
+        self.shape = (*map(len, self.grid.values()), 1 if samples is None else samples)
+        self.cases = prod(self.shape)
+        check_names(self.outputs, self.axes.keys() - {"ball"})
+        number, random = f"samples = {samples}", bool(self.distributions)
+        for refused, reason in (
+            (not self.axes, "nothing is swept: give NAME=LO:HI:COUNT, e.g. k=0.5e6:2e6:100"),
+            (not self.outputs, "there is no output: name one at least"),
+            (len({*self.outputs}) < len(self.outputs), "an output is named twice"),
+            (method not in METHODS, f"method {method} is unknown: it is {', '.join(METHODS)}"),
+            (seed < 0, f"seed = {seed} is refused: it must be at least 0"),
+            (random and samples is None, "a distribution needs a number of samples (--samples N)"),
+            (not random and samples is not None, f"{number}: there is no distribution to sample"),
+            (self.shape[-1] < 1, f"{number} is refused: it must be at least 1"),
+            (self.cases > 10**9, f"{self.cases:,} cases are refused: at most 1,000,000,000"),
+        ):
+            if refused:
+                raise UserError(reason)
+        self._samples: dict[str, np.ndarray] = {}
+        if random:
+            generator = np.random.default_rng(seed)
+            shares = _shares(method, len(self.distributions), generator, self.shape[-1])
+            for (name, axis), column in zip(self.distributions.items(), shares.T):
+                self._samples[name] = axis.ppf(column)
+
+    def columns(self, begin: int, end: int) -> dict[str, np.ndarray]:
+        """The swept variables in the cases from `begin` to before `end`, by name."""
+        *points, sample = np.unravel_index(np.arange(begin, end), self.shape)
+        columns = {name: values[at] for (name, values), at in zip(self.grid.items(), points)}
+        columns |= {name: values[sample] for name, values in self._samples.items()}
+        return {name: columns[name] for name in self.axes}
+
+    def run(self, columns: Mapping[str, Any], impact: ImpactRuns | None = None) -> ImpactArrays:
+        """Outputs in the cases of these columns, through an FMU if one is given."""
+        values = {name: column for name, column in columns.items() if name != "ball"}
+        if "ball" in columns:
+            balls = {name: ball(name) for name in self.grid["ball"]}
+            index = np.array([[*balls].index(name) for name in columns["ball"]])
+            for name in {*chain(*(one.values for one in balls.values()))} - values.keys():
+                table = [one.values.get(name, DEFAULTS[name]) for one in balls.values()]
+                values[name] = np.array(table)[index]
+            values |= conditions_of(balls.values(), self.axes)
+        if impact is None:
+            return run_impacts(self.outputs, **values)
+        number = len(next(iter(columns.values())))
+        found = ImpactArrays(self.outputs, number)
+        found.run(impact, np.arange(number), values)
+        return found
+
+
+def _shares(method: str, dimensions: int, generator: Any, number: int) -> np.ndarray:
+    """Points in the unit cube, shape (number, dimensions)."""
+    if method == "random":
+        return generator.random((number, dimensions))
+    from scipy.stats import qmc
+
+    sampler = qmc.Sobol if method == "sobol" else qmc.LatinHypercube
+    with warnings.catch_warnings():
+        # Balanced only for powers of 2: any other number is still a fair sample.
+        warnings.simplefilter("ignore", UserWarning)
+        return sampler(dimensions, seed=generator).random(number)
+
+
+def sweep(
+    sets: Mapping[str, Any],
+    outputs: Iterable[str] = OUTPUTS,
+    *,
+    samples: int | None = None,
+    seed: int = 0,
+    method: str = "random",
+) -> ImpactArrays:
+    """Compute the impacts of a grid of values, of samples of distributions, or of both.
+
+    Args:
+        sets: by input, parameter or "ball": a number, a list, or text as in `golf-impact sweep`:
+            "0.5e6:2e6:100", "log:1e5:1e7:50", "0,9,12", "normal:45:2", "uniform:30:50", names of
+            balls. The last one varies fastest, samples faster still.
+        outputs: Real or Boolean outputs.
+        samples: with a distribution their number, the same samples at every point of the grid.
+        seed: of the samples, at least 0.
+        method: "random", "lhs" (Latin hypercube) or "sobol" (Sobol sequence).
+
+    Returns:
+        The swept variables, then the outputs, by name (SI units): arrays of shape (cases,), with
+        attributes and missing values as of `golf_impact.run_impacts`.
+
+    Raises:
+        UserError: there is no variable of a name, or something else isn't allowed.
+
+    Example:
+        >>> table = sweep({"law": 2, "k": [5e5, 1e6], "b": "0:9:2"}, ["smash_factor"])
+        >>> table["b"], table["smash_factor"].round(3)
+        (array([0., 9., 0., 9.]), array([1.641, 1.562, 1.641, 1.584]))
+    """
+    design = Design(sets, outputs, samples, seed, method)
+    columns = design.columns(0, design.cases)
+    table = design.run(columns)
+    found = dict(table)
+    table.clear()
+    table.update(columns, **found)
+    return table
+
+
+def sobol_indices(design: Design, impact: ImpactRuns | None = None) -> dict[str, Any]:
+    """First-order and total Sobol indices of all outputs, with 95 % intervals (bootstrap).
+
+    The shares of an output's variance that a variable explains alone (Saltelli et al., Comput.
+    Phys. Commun. 181, 259-270, 2010) and with all its interactions (Jansen, Comput. Phys. Commun.
+    117, 35-43, 1999), from impacts of a design of its own. Points without a result are left out,
+    which `scipy.stats.sobol_indices` can't do.
+
+    Returns:
+        {"first_order" | "total": {output: {variable: [value, low, high]}}, "samples", "seed",
+        "version"}; NaN for an output that is constant but for rounding.
+    """
+    axes, generator = design.distributions, np.random.default_rng(design.seed)
+    both = _shares("sobol", 2 * len(axes), generator, _POINTS)
+    first, second = both[:, : len(axes)], both[:, len(axes) :]
+    mixed = [np.where(np.arange(len(axes)) == n, second, first) for n in range(len(axes))]
+    points = np.concatenate([first, second, *mixed])
+    columns = {name: np.repeat(values, len(points)) for name, values in design.grid.items()}
+    columns |= {name: axis.ppf(points[:, n]) for n, (name, axis) in enumerate(axes.items())}
+    found = design.run(columns, impact)
+    rows = np.array([np.where(found.refused, np.nan, column) for column in found.values()])
+    rows = rows.reshape(len(found), -1, _POINTS)
+    rows = rows[..., np.isfinite(rows).all(axis=(0, 1))]
+    estimates = _estimates(rows, generator)
+    indices: dict[str, Any] = {
+        kind: {output: dict(zip(axes, shares)) for output, shares in zip(found, of_kind)}
+        for kind, of_kind in zip(("first_order", "total"), estimates.tolist())
+    }
+    return indices | {"samples": _POINTS, "seed": design.seed, "version": VERSION}
+
+
+def _estimates(rows: np.ndarray, generator: np.random.Generator) -> np.ndarray:
+    """Shares, shape (2: alone or in total, outputs, variables, 3: value and its interval).
+
+    `rows`, shape (outputs, 2 + variables, points), are outputs at both designs, and by variable at
+    the first with a column of the second.
+    """
+    outputs, variables, points = rows.shape[0], rows.shape[1] - 2, rows.shape[2]
+    shares = np.full((2, outputs, variables, 3), np.nan)
+    if not points:
+        return shares
+    # Every resample weighs the points by how often it draws them; the first row has each once.
+    weights = np.full((_RESAMPLES + 1, points), 1.0 / points)
+    for row in weights[1:]:
+        row *= np.bincount(generator.integers(points, size=points), minlength=points)
+    for n, of_output in enumerate(rows):
+        if np.ptp(of_output) <= 1e-12 * np.abs(of_output).max():
+            continue
+        first, second, *mixed = of_output - of_output[:2].mean()
+        mean = weights @ (first + second) / 2.0
+        variance = weights @ (first**2 + second**2) / 2.0 - mean**2
+        alone = [weights @ (second * (other - first)) / variance for other in mixed]
+        total = [weights @ ((first - other) ** 2 / 2.0) / variance for other in mixed]
+        both = np.array([alone, total])
+        interval = np.percentile(both[..., 1:], (2.5, 97.5), axis=-1)
+        shares[:, n] = np.stack([both[..., 0], *interval], axis=-1)
+    return shares
