@@ -12,6 +12,7 @@ from command import golf_case, golf_here, refused
 import golf_impact
 from golf_impact.errors import UserError
 from golf_impact.measured import MPH
+from golf_impact.sweeps import parse_axis
 from golf_impact.units import remarks, si_value
 
 
@@ -68,15 +69,13 @@ def test_where_text_is_taken(tmp_path):
     assert done.stderr == ""
     direct = golf_impact.run_impact(law=2, k=7.7e5, b=30.0, club_speed=95 * MPH)
     assert case["max_force"] == direct["max_force"]
-    study = golf_impact.Study.of({"k": "500:2000N/mm:4", "club_speed": "90,95 mph"})
-    assert [axis.values.tolist() for axis in study.grid] == [
-        [5e5, 1e6, 1.5e6, 2e6],
-        pytest.approx([90 * MPH, 95 * MPH]),
-    ]
-    drawn = golf_impact.Study.of({"club_speed": "normal:95mph:2mph"}, number_of_samples=2)
-    assert drawn.distributions[0].second == pytest.approx(2 * MPH)
+    sets = {"k": "500:2000N/mm:4", "club_speed": "90,95 mph"}
+    table = golf_impact.sweep(sets, ["impulse"])
+    assert table["k"][::2].tolist() == [5e5, 1e6, 1.5e6, 2e6]
+    assert table["club_speed"][:2] == pytest.approx([90 * MPH, 95 * MPH])
+    assert parse_axis("club_speed", "normal:95mph:2mph").std() == pytest.approx(2 * MPH)
     with pytest.raises(UserError, match="'lb' isn't a unit it may have: N/m, kN/m, N/mm"):
-        golf_impact.Study.of({"k": "500:2000lb:4"})
+        golf_impact.sweep({"k": "500:2000lb:4"})
     refused(golf_here("run", "--set", "k=770lb", "--out", tmp_path), "--set k=770lb", "N/mm")
 
 

@@ -40,11 +40,10 @@ def draw(design: Design, drawn: np.ndarray, axes: Axes) -> None:
     by = next((name for name in others if name in _NAMED), others[0] if others else "")
     lines = by in _NAMED or len(grid.get(by, ())) <= _FEW
     most = _MOST_POINTS if lines else _MOST_SIDE
-    places = {
-        name: np.argsort(grid[name], kind="stable")[:: -(-len(grid[name]) // most)]
-        for name in (along, by)
-        if name
-    }
+    places = {}
+    for name in filter(None, (along, by)):
+        rising = np.arange(len(grid[name])) if name in _NAMED else np.argsort(grid[name])
+        places[name] = rising[:: -(-len(rising) // most)]
     order = [[*design.grid].index(name) for name in places]
     table = np.moveaxis(drawn.reshape(design.shape), order, range(len(order)))
     table = table[(..., *[0] * (table.ndim - len(order) - 1), slice(None))]

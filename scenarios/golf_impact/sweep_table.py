@@ -50,12 +50,10 @@ def write_table(
         progress: called with the number of cases done.
 
     Raises:
-        UserError: it has another name, or can't be written; then it is as it was.
+        UserError: it can't be written; then it is as it was.
     """
     refused, first, drawn = 0, None, []
     suffix = path.suffix.lower()
-    if suffix not in (".csv", ".parquet"):
-        raise UserError(f"--out {path} is refused: its name must end in .csv or .parquet")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with whole(path) as stream, _opened(suffix, stream, design) as write:

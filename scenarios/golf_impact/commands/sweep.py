@@ -69,9 +69,15 @@ def sweep(
     sets = pairs_of(set_ or [], "NAME=VALUES, e.g. --set k=0.5e6:2e6:100")
     names = OUTPUTS if outputs is None else tuple(map(str.strip, outputs.split(",")))
     arguments = sets, names, samples, seed, method
+    if out.suffix.lower() not in (".csv", ".parquet"):
+        raise UserError(f"--out {out} is refused: its name must end in .csv or .parquet")
     design = Design(*arguments)
     take_conditions(map(ball, design.grid.get("ball", ())), design.axes)
     _remark(design)
+    with_indices = len(design.distributions) > 1 and design.cases == design.shape[-1]
+    for suffix, wanted in ((".json", with_indices), (".png", figures)):
+        if wanted:
+            files.check(out.with_suffix(suffix))
     with ExitStack() as stack:
         impact = None
         if fmu is not None:
@@ -88,7 +94,7 @@ def sweep(
             summary = sweep_on_cluster(scheduler, out, arguments, move)
         seconds = time.perf_counter() - start
         written = [out]
-        if len(design.distributions) > 1 and design.shape[:-1] == (1,) * len(design.grid):
+        if with_indices:
             indices = sobol_indices(design, impact)
             written.append(files.write(out.with_suffix(".json"), files.as_json(indices)))
     if figures and (picture := _picture(design, summary.drawn)):
