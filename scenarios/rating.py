@@ -15,14 +15,16 @@ FIXED = {"restitution_at_rest": 0.0, "restitution_slope": 0.0, "b": 9.0}
 
 
 def run(impact):
-    result, line, fixed = Result("Compression ratings over club speed (indicative)"), {}, {}
+    result = Result("Compression ratings over club speed (indicative)")
+    line, fixed = {name: [] for name in NAMES}, {name: [] for name in NAMES}
     for name in NAMES:
-        rows = line[name], fixed[name] = [], []
         for speed in SPEEDS.tolist():
             values = {**BALLS[name].values, "club_speed": speed}
-            for row, more, words in zip(rows, ({}, FIXED), ("COR line", "b = 9")):
-                row.append(impact(**{**values, **more}))
-                result.cases[f"{name}, {words}, {speed:g} m/s"] = row[-1]
+            for rows, more, words in ((line, {}, "COR line"), (fixed, FIXED, "b = 9")):
+                case = result.cases[f"{name}, {words}, {speed:g} m/s"] = impact(
+                    **{**values, **more}
+                )
+                rows[name].append(case)
 
     def over(rows, metric):
         """An output by rating (rows, from low to high) and club speed."""
@@ -56,13 +58,13 @@ def run(impact):
         "ball_velocity": ("v_B (m/s)", 1.0), "max_force": ("max force (N)", 1.0),
         "contact_time": ("contact time (µs)", 1e6), "max_compression": ("compression (mm)", 1e3),
     }  # fmt: skip
-    rows = []
+    table = []
     for name, with_line, with_b in zip(NAMES, line.values(), fixed.values()):
         numbers = (f"{with_line[at][m] * factor:.4g}" for m, (_, factor) in metrics.items())
         law = describe(BALLS[name].values)
-        rows.append([BALLS[name].title, law, *numbers, f"{with_b[at]['smash_factor']:.4f}"])
+        table.append([BALLS[name].title, law, *numbers, f"{with_b[at]['smash_factor']:.4f}"])
     columns = ["40 m/s", "law, k, b", *(label for label, _ in metrics.values()), "S if b = 9 N·s/m"]
-    result.tables.append(("Predictions with the measured COR line", columns, rows))
+    result.tables.append(("Predictions with the measured COR line", columns, table))
 
     figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4.2))
     figure.suptitle("Compression ratings (indicative): law 2, k from the rating")

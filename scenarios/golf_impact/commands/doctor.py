@@ -18,7 +18,8 @@ def doctor(fmus: Annotated[list[Path] | None, Argument(metavar="FMU", hidden=Tru
     from golf_impact.doctor import examine
 
     levels = set()
-    for fmu in fmus or [None]:
+    chosen: list[Path | None] = [*fmus] if fmus else [None]
+    for fmu in chosen:
         for level, text in examine(fmu):
             out.print(f"{level:<8}", style=_COLOURS[level], end=" ")
             say(text)

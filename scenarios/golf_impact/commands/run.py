@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from typer import Argument, Option
 
@@ -106,7 +106,8 @@ def own_case(
     cells: list[list[str]] = []
     result = Result("Your case" if len(balls) < 2 else "Your cases")
     curves = {}
-    for one in balls or [None]:
+    chosen: list[Ball | None] = [*balls] if balls else [None]
+    for one in chosen:
         name = one.name if one else "custom"
         given = {**(one.values if one else {}), **values}
         found = result.cases[name] = impact(**given)
@@ -117,7 +118,8 @@ def own_case(
         )
         cells.append([describe(given), *numbers])
         path = impact.trajectory(**given)
-        result.trajectories[Path(name).stem] = np.rec.fromarrays([*path.values()], names=[*path])
+        columns: Any = [*path.values()]
+        result.trajectories[Path(name).stem] = np.rec.fromarrays(columns, names=[*path])
         curves[f"{name}: {describe(given)}" if one else describe(given)] = path
     if figures:
         result.figures["force"] = plot_forces(curves)
