@@ -119,7 +119,9 @@ def own_case(
         cells.append([describe(given), *numbers])
         path = impact.trajectory(**given)
         columns: Any = [*path.values()]
-        result.trajectories[Path(name).stem] = np.rec.fromarrays(columns, names=[*path])
+        result.trajectories[Path(name).stem] = np.rec.fromarrays(
+            columns, [(key, float) for key in path]
+        )
         curves[f"{name}: {describe(given)}" if one else describe(given)] = path
     if figures:
         result.figures["force"] = plot_forces(curves)
