@@ -21,8 +21,6 @@ from typing import Any
 
 import mpmath
 
-from golf_impact.peers.problem import Case, Outcome
-
 
 @dataclass(frozen=True)
 class Segment:
@@ -335,11 +333,3 @@ def outputs_after(
         if number in chosen:
             after[number] = exact.outputs()
     return after
-
-
-def exact_outcome(case: Case) -> Outcome:
-    """Of a peer's case, as mpmath numbers; its bodies part within its time limit."""
-    reference = Reference({**vars(case), "gap": 0.0})
-    reference.step(case.time_limit)
-    outputs = reference.outputs()
-    return Outcome(*(outputs[name] for name in Outcome._fields))

@@ -6,50 +6,27 @@ import os
 import platform
 import re
 import timeit
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from statistics import median
 
-#: Prepares and runs its work; returns seconds per unit of work, without the preparation.
-Job = Callable[[], float]
 
+def measure_interleaved(
+    jobs: Sequence[Callable[[], object]], rounds: int, least: float = 5e-3
+) -> list[float]:
+    """Median run times of a call of each job, s.
 
-def measure_seconds(work: Callable[[], object], units: int = 1) -> float:
-    """Run time of a call per unit of work, s."""
-    return timeit.timeit(work, number=1) / units
-
-
-def run_interleaved(jobs: Mapping[str, Job], rounds: int) -> dict[str, list[float]]:
-    """Seconds per unit of work, of each job in each round, after one more as a warm-up.
-
-    The order rotates, so that no job always follows the same other one. Garbage collection is off:
-    it would affect one of the jobs at random.
+    In each round every job takes its turn, with as many calls as take
+    `least` s, so that the first of them, not yet in the processor's caches, doesn't count much.
     """
-    names = list(jobs)
-    times: dict[str, list[float]] = {name: [] for name in names}
-    gc.collect()
-    gc.disable()
-    try:
-        for n in range(-1, rounds):
-            turn = n % len(names)
-            for name in names[turn:] + names[:turn]:
-                time = jobs[name]()
-                if n >= 0:
-                    times[name].append(time)
-    finally:
-        gc.enable()
-    return times
-
-
-def median_ratio(numerator: list[float], denominator: list[float]) -> float:
-    """The median of the ratios of rounds; disturbances longer than a round cancel."""
-    return median(a / b for a, b in zip(numerator, denominator, strict=True))
-
-
-def typical_seconds(call: Callable[[], object], budget: float, least: int) -> float:
-    """Median run time of a call, s, over as many calls as fit into `budget` s, at least `least`."""
-    number = max(least, min(10_000, int(budget / measure_seconds(call))))
-    return median(timeit.repeat(call, number=1, repeat=number))
+    numbers = [max(1, round(least / min(timeit.repeat(job, number=1, repeat=3)))) for job in jobs]
+    times: list[list[float]] = [[] for _ in jobs]
+    for _ in range(rounds):
+        gc.collect()
+        # timeit switches garbage collection off, which would affect one of the jobs at random.
+        for job, number, spent in zip(jobs, numbers, times):
+            spent.append(timeit.timeit(job, number=number) / number)
+    return [median(spent) for spent in times]
 
 
 def describe_machine() -> dict[str, str]:
@@ -63,19 +40,6 @@ def describe_machine() -> dict[str, str]:
         "python": f"{platform.python_implementation()} {platform.python_version()}",
         **{name: importlib.metadata.version(name) for name in packages},
     }
-
-
-def resident_bytes(process: int | str = "self") -> int | None:
-    """Resident memory of a process; None on systems without /proc."""
-    pages = _read_group(f"/proc/{process}/statm", r"\d+ (\d+)")
-    # wine shows Windows programs a /proc.
-    return None if pages is None or os.name == "nt" else int(pages) * os.sysconf("SC_PAGE_SIZE")
-
-
-def free_bytes() -> int | None:
-    """Memory available to new processes; None on systems without /proc."""
-    kilobytes = _read_group("/proc/meminfo", r"MemAvailable:\s*(\d+) kB")
-    return None if kilobytes is None else int(kilobytes) * 1024
 
 
 def _read_group(path: str, pattern: str) -> str | None:

@@ -1,1 +1,1 @@
-"""Other methods for the same impact."""
+"""Other methods for the same impact, and an FMU that computes nothing: what `bench` compares."""

@@ -1,1 +1,0 @@
-"""Run time and accuracy of ClubBallImpact.fmu and of other methods (golf_impact.peers)."""

@@ -1,0 +1,120 @@
+"""Run time and error of S, COR and E of an impact: this FMU beside other calls and other methods.
+
+The document's impact under both laws; k changes at every impact, so that no result is in a cache.
+What is needed only once (extraction, instances, initialization) is prepared outside the timer.
+"""
+
+import math
+import tempfile
+from functools import partial
+from itertools import cycle
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from golf_impact.peers import fmus, ways
+from golf_impact.peers.ways import EMPTY, METRICS, OURS, STEP
+from golf_impact.reference import Reference
+from golf_impact.scenario import Result, main
+from golf_impact.timing import measure_interleaved
+
+LAWS = {1: "drag on each body", 2: "damper between the bodies"}
+STIFFNESSES = [1e6 * (0.9 + 0.2 * (37 * n % 101) / 101) for n in range(101)]  # N/m
+ACCURACIES = (1e-3, 1e-12)  # of a good measurement; nearly of double precision
+
+
+def list_ways(impact, folder, quick):
+    """The rows of the tables, the first of which is the unit of the ratios; points of curves."""
+    stepped, empty = fmus.extract_peers(folder)
+    *_, fastest = stepped.items()
+    slave = impact.instance
+    restore = partial(slave.setFMUstate, slave.getFMUstate())
+    rows = [
+        ways.by_restored_state(impact),
+        ways.by_simulate_fmu(impact, "state restored", slave, restore),
+        ways.by_simulate_fmu(impact, "instance reset", slave, slave.reset),
+        ways.by_simulate_fmu(impact, "a new instance"),
+        *(ways.by_sub_steps(*each, order=1, dt=0.5e-6) for each in stepped.items()),
+        ways.by_sub_steps(*fastest, order=4, dt=5e-6),
+        ways.by_dop853(1e-12),
+        ways.by_empty_fmu(empty),
+    ]
+    sub_steps = [*np.logspace(-5, -7, 5 if quick else 17), 1e-8, 1e-9]
+    points = [ways.by_sub_steps(*fastest, order, dt) for order in (1, 4) for dt in sub_steps]
+    return rows, points + [ways.by_dop853(10.0**-n) for n in range(3, 14, 5 if quick else 1)]
+
+
+def measure(impact, law, compared, quick):
+    """The rows of bench.json under this law, of all ways."""
+    baseline = {v.name: float(v.start) for v in impact.description.modelVariables if v.start}
+    exact = Reference(baseline | {"law": law})
+    exact.step(STEP)
+    ks, solve = cycle(STIFFNESSES), [way.prepare(law) for way in compared]
+    jobs = [lambda each=each: each(next(ks)) for each in solve]
+    seconds = measure_interleaved(jobs, rounds=5 if quick else 21)
+    rows = []
+    for way, time, each in zip(compared, seconds, solve):
+        found = dict(zip(METRICS, each(baseline["k"])))
+        error = max(float(abs(found[name] - exact.outputs()[name])) for name in METRICS)
+        row = {"name": way.name, "called": way.called, "law": law, "microseconds": 1e6 * time}
+        row |= {"ratio": time / seconds[0], "error": math.nan if way.name == EMPTY else error}
+        rows.append(row)
+    return rows
+
+
+def plot(rows):
+    """The work–precision diagram under both laws: error over run time."""
+    figure, both = plt.subplots(1, 2, sharey=True, figsize=(10.0, 4.6), layout="constrained")
+    for axes, (law, damping) in zip(both, LAWS.items()):
+        for name in dict.fromkeys(row["name"] for row in rows[law]):
+            of_name = [row for row in rows[law] if row["name"] == name]
+            points = [(row["microseconds"], row["error"]) for row in of_name]
+            if name == OURS:
+                axes.loglog(*points[0], "*", ms=16, zorder=3, label=name)
+            elif name == EMPTY:
+                axes.axvline(points[0][0], ls=":", color="grey", label=name)
+            else:
+                axes.loglog(*zip(*sorted(points)), "o-", ms=4, label=name)
+        axes.set(title=f"law {law}: {damping}", xlabel="run time of an impact (µs)")
+    both[0].set_ylabel("error of S, COR and E")
+    figure.legend(*both[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    return figure
+
+
+def conclude(law, rows):
+    """In words: the best of the other calls, and of the other methods by their accuracy."""
+
+    def best(rows, words):
+        row = min(rows, key=lambda row: row["ratio"])
+        return f"{row['ratio']:.2g} times as long {words} ({row['name']}, {row['called']})"
+
+    others = [row for row in rows if row["name"] not in (OURS, EMPTY)]
+    methods = [
+        best((row for row in others if row["error"] < limit), f"at an error below {limit:g}")
+        for limit in ACCURACIES
+    ]
+    calls = best((row for row in rows[1:] if row["name"] == OURS), "at best")
+    return f"Law {law}: simulate_fmu takes {calls}; other methods take {' and '.join(methods)}."
+
+
+def run(impact, quick=False):
+    """Compare the ways; the cases of the result are the rows of bench.json."""
+    result, rows = Result("Run time and error of S, COR and E of an impact"), {}
+    with tempfile.TemporaryDirectory(prefix="golf-impact-", ignore_cleanup_errors=True) as folder:
+        table, points = list_ways(impact, folder, quick)
+        for law in LAWS:
+            rows[law] = measure(impact, law, table + points, quick)
+            result.cases |= {f"{row['name']}, {row['called']}, law {law}": row for row in rows[law]}
+            title = f"S, COR and E of an impact: law {law}, k = 1 MN/m, b = 9 N·s/m"
+            cells = [
+                [name, called, f"{time:.1f}", f"{ratio:.2f}", f"{error:.0e}"]
+                for name, called, _, time, ratio, error in map(dict.values, rows[law][: len(table)])
+            ]
+            result.tables.append((title, ["", "called", "µs", "ratio", "error"], cells))
+    result.figures["run_time_vs_error"] = plot(rows)
+    result.words = " ".join(conclude(law, rows[law]) for law in LAWS)
+    return result
+
+
+if __name__ == "__main__":
+    main(run)
