@@ -61,6 +61,9 @@ def one_line(arguments: list[str]) -> int:
                     "a value, or leave the option out; is a variable of your shell unset?"
                 )
         code = app(arguments or ["--help"], standalone_mode=False)
+        if code == 130:
+            # Typer has caught the KeyboardInterrupt.
+            raise KeyboardInterrupt
         if sys.stdout is not None:
             # The last chance to notice a full disk.
             sys.stdout.flush()

@@ -62,7 +62,10 @@ def run(
     if len({path.stem for path in paths}) < len(paths):
         raise UserError("two scenarios have the same name: run one at a time")
     place = folder or (RESULTS / "_".join(path.stem for path in paths) if names else RESULTS)
-    files.check(place / "report.html")
+    for file in ("results.json", "report.html") if paths else ():
+        files.check(place / file)
+    for file in ("custom_results.json", "custom_report.html") if own else ():
+        files.check((folder or RESULTS) / file)
     results: dict[str, Result] = {}
     with Impact(fmu) as impact, progress() as begin:
         advance = begin("running", len(paths) + own)
@@ -108,7 +111,7 @@ def own_case(
     curves = {}
     chosen: list[Ball | None] = [*balls] if balls else [None]
     for one in chosen:
-        name = one.name if one else "custom"
+        name = one.name if one and len(balls) > 1 else "custom"
         given = {**(one.values if one else {}), **values}
         found = result.cases[name] = impact(**given)
         shown = derived(found, given)
