@@ -106,9 +106,10 @@ BALL = dict(BALLS["roh-lee-tsuji"].values)
 #: Values, one of them, and where it is inside and outside the closed forms.
 BORDERS = {
     "law 1, damping": ({"law": 1}, "b", 9.0, 400.0),
-    "law 1, slope": (
-        {"law": 1, "m_club": 1.4, "m_ball": 4e3, "club_speed": 5.0, "ball_speed": -4.2},
-        *("b", 1.0, 553.0),
+    # The end is near the pair's zero beyond the limit of ζ, too.
+    "law 1, heavy ball": (
+        {"law": 1, "k": 7.85e6, "m_club": 0.19, "m_ball": 0.687, "club_speed": 12, "ball_speed": 4},
+        *("b", 100.0, 2051.0),
     ),
     "law 2, damping": ({"law": 2}, "b", 9.0, 400.0),
     "law 2, COR": ({"law": 2}, "restitution_at_rest", 0.8, 0.01),
