@@ -130,17 +130,15 @@ def test_where_there_are_none(output, variable, values, which, reason):
 
 
 @pytest.mark.parametrize(
-    ("outputs", "wrt", "message"),
+    ("output", "variable", "name"),
     [
-        *((name, "k", f"{name} is refused") for name in ("touched", "force", "ball_position")),
-        *(("impulse", name, f"{name} is refused") for name in ("law", "club_force")),
-        ("impulse", "mass", "no input or parameter 'mass'"),
-        ("smash", "k", "no output 'smash'"),
+        *((name, "k", name) for name in ("touched", "force", "ball_position")),
+        *(("impulse", name, name) for name in ("law", "club_force")),
     ],
 )
-def test_names_that_are_refused(outputs, wrt, message):
-    with pytest.raises(golf_impact.UserError, match=message):
-        golf_impact.sensitivities(outputs, wrt)
+def test_names_that_are_refused(output, variable, name):
+    with pytest.raises(golf_impact.UserError, match=f"{name} is refused"):
+        golf_impact.sensitivities(output, variable)
 
 
 def test_newtons_method_gives_a_slope_all_digits():
