@@ -1,8 +1,8 @@
 """`import golf_impact`: its functions, and lazy imports."""
 
 import doctest
-import re
 import sys
+from functools import partial
 
 import pytest
 from command import run as run_process
@@ -52,46 +52,41 @@ def test_public_names_have_types(tmp_path):
     run_process(sys.executable, *words, cwd=tmp_path)
 
 
-RUNS = [
-    (golf_impact.run_impact, {}),
-    (golf_impact.run_impacts, {}),
-    (golf_impact.run_trajectory, {}),
-    (golf_impact.run_trajectory, {"times": [1e-4]}),
-]
+def sweep(outputs=("impulse",), **values):
+    return golf_impact.sweep({"k": 1e6, **values}, outputs)
 
 
-@pytest.mark.parametrize(("run", "more"), RUNS)
-def test_names_of_outputs(run, more):
-    """One name, or any iterable; an output of another type is refused by name."""
-    assert "force" in run(outputs="force", **more)
-    names = ("force", "compression")
-    assert {*names} <= run(outputs=(name for name in names), **more).keys()
-    wrong = [
-        (
-            {"outputs": ["smash"]},
-            "smash",
-            "output 'smash' (did you mean smash_factor?): choose from f",
-        ),
-        ({"outputs": ["force", "impluse"]}, "impluse", "'impluse' (did you mean impulse?)"),
-        (
-            {"clubspeed": 40.0},
-            "clubspeed",
-            "input or parameter 'clubspeed' (did you mean club_speed?)",
-        ),
-    ]
-    if run is not golf_impact.run_impacts:
-        wrong += [({"outputs": ["touched"]}, "touched", "no output 'touched' of type Real: ch")]
-    for given, variable, words in wrong:
-        with pytest.raises(golf_impact.UserError, match=re.escape(words)) as caught:
-            run(**given, **more)
-        assert caught.value.variable == variable
+RUNS = {
+    "impact": golf_impact.run_impact,
+    "impacts": golf_impact.run_impacts,
+    "trajectory": golf_impact.run_trajectory,
+    "times": partial(golf_impact.run_trajectory, times=[1e-4]),
+    "sensitivities": golf_impact.sensitivities,
+    "sweep": sweep,
+}
+
+
+@pytest.mark.parametrize("run", RUNS.values(), ids=RUNS)
+def test_names(run):
+    """One name, or any iterable; the error for another one names it and a similar one."""
+    for outputs in ("impulse", iter(["impulse"])):
+        assert "impulse" in run(outputs=outputs)
+    for given, name, similar in (
+        ({"outputs": ["force", "impluse"]}, "impluse", "impulse"),
+        ({"clubspeed": 40.0}, "clubspeed", "club_speed"),
+    ):
+        with pytest.raises(
+            golf_impact.UserError, match=f"'{name}' .did you mean {similar}"
+        ) as caught:
+            run(**given)
+        assert caught.value.variable == name
         assert caught.value.reason.startswith("choose from ")
 
 
-def test_names_of_sensitivities():
-    slopes = golf_impact.sensitivities("smash_factor", iter(["k"]), law=2)
-    assert [*slopes] == ["smash_factor"]
-    assert [*slopes["smash_factor"]] == ["k"]
+@pytest.mark.parametrize("run", [golf_impact.run_impact, golf_impact.run_trajectory])
+def test_flags_are_no_numbers(run):
+    with pytest.raises(golf_impact.UserError, match="no output 'touched' of type Real: choose"):
+        run(outputs=["touched"])
 
 
 _WITHOUT_FMU = """

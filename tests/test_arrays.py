@@ -106,9 +106,10 @@ BALL = dict(BALLS["roh-lee-tsuji"].values)
 #: Values, one of them, and where it is inside and outside the closed forms.
 BORDERS = {
     "law 1, damping": ({"law": 1}, "b", 9.0, 400.0),
-    "law 1, slope": (
-        {"law": 1, "m_club": 1.4, "m_ball": 4e3, "club_speed": 5.0, "ball_speed": -4.2},
-        *("b", 1.0, 553.0),
+    # The end is near the pair's zero beyond the limit of ζ, too.
+    "law 1, heavy ball": (
+        {"law": 1, "k": 7.85e6, "m_club": 0.19, "m_ball": 0.687, "club_speed": 12, "ball_speed": 4},
+        *("b", 100.0, 2051.0),
     ),
     "law 2, damping": ({"law": 2}, "b", 9.0, 400.0),
     "law 2, COR": ({"law": 2}, "restitution_at_rest", 0.8, 0.01),
@@ -207,17 +208,13 @@ def test_refused_cases_and_the_first_reason_are_those_of_the_scalar_physics():
     assert golf_impact.run_impacts(k=masked).refused.tolist() == [False, True]
 
 
-@pytest.mark.parametrize(
-    ("outputs", "values", "message"),
-    [
-        (["smash"], {}, "no output 'smash'"),
-        (["impulse"], {"k": 1j}, "k is refused: it must be a number"),
-        (["impulse"], {"k": [1e6, 2e6], "b": [1, 2, 3]}, r"k \(2,\), b \(3,\)"),
-    ],
-)
-def test_calls_that_are_refused(outputs, values, message):
-    with pytest.raises(golf_impact.UserError, match=message):
-        golf_impact.run_impacts(outputs, **values)
+def test_values_that_are_refused():
+    for values, message in (
+        ({"k": 1j}, "k is refused: it must be a number"),
+        ({"k": [1e6, 2e6], "b": [1, 2, 3]}, r"k \(2,\), b \(3,\)"),
+    ):
+        with pytest.raises(golf_impact.UserError, match=message):
+            golf_impact.run_impacts(**values)
 
 
 def test_instants_in_any_order():
@@ -232,9 +229,8 @@ def test_instants_in_any_order():
     ("arguments", "message"),
     [
         ({"times": [-1e-9]}, "times with -1e-09 are refused: each must be a number of 0 to 1e"),
-        ({"times": [1.0, np.nan]}, "times with nan"),
         ({"times": [1.0000001e100]}, "0 to 1e"),
-        *(({"points": n}, rf"points = {n} is refused: .* at least 2") for n in (1, 0, 2.5)),
+        *(({"points": n}, rf"points = {n} is refused: .* at least 2") for n in (1, 2.5)),
         ({"times": "soon"}, "times is refused"),
         ({"times": [0.0], "outputs": ["mean_force"]}, "use points"),
         ({"times": [0.0], "k": -1.0}, r"k = -1\.0"),

@@ -11,11 +11,12 @@ import golf_impact
 from golf_impact import sweep_cluster
 from golf_impact.errors import UserError
 from golf_impact.sweep_cluster import sweep_on_cluster
+from golf_impact.sweeps import Design
 
 #: A few of them have k < 0, which is refused.
 SETS = {"k": "normal:1e6:5e5", "b": "0,9", "law": "1,2"}
 OUTPUTS = ("smash_factor", "contact_time")
-ARGUMENTS = SETS, OUTPUTS, 2000, 1, "random"
+DESIGN = Design(SETS, OUTPUTS, 2000, 1)
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +32,7 @@ def test_a_table_of_parts(address, tmp_path, monkeypatch, block):
     monkeypatch.setattr(sweep_cluster, "BLOCK", block)
     path, seen = tmp_path / "x.parquet", []
     for _ in range(2):  # the second one replaces the first
-        summary = sweep_on_cluster(address, path, ARGUMENTS, seen.append)
+        summary = sweep_on_cluster(address, path, DESIGN, seen.append)
     assert len([*path.iterdir()]) == max(8, -(-8000 // block))
     assert [one.name for one in tmp_path.iterdir()] == ["x.parquet"]
     assert seen[-1] == 8000
@@ -51,7 +52,7 @@ def test_what_is_refused(address, tmp_path, monkeypatch):
 
     def words(to=address, path=path):
         with pytest.raises(UserError) as caught:
-            sweep_on_cluster(to, path, ARGUMENTS, print)
+            sweep_on_cluster(to, path, DESIGN, print)
         return str(caught.value)
 
     monkeypatch.setattr(sweep_cluster, "_PATIENCE", "0.5s")

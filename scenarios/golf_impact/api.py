@@ -50,7 +50,7 @@ def run_impact(outputs: Iterable[str] = METRICS, **values: float) -> dict[str, f
     Raises:
         UserError: the physics rejects a value, or has no variable of a name.
     """
-    outputs = _names(outputs)
+    outputs = names_of(outputs)
     check_names(outputs, values)
     return ScalarImpacts().impact(outputs, **_numbers(values))
 
@@ -87,7 +87,7 @@ def run_impacts(outputs: Iterable[str] = METRICS, **values: ArrayLike) -> Impact
         >>> impacts.reason
         'b = -9.0 N.s/m is refused: it must be a finite number >= 0'
     """
-    outputs = _names(outputs)
+    outputs = names_of(outputs)
     check_names(outputs, values)
     return impacts(outputs, *_columns(values))
 
@@ -118,7 +118,7 @@ def run_trajectory(
         >>> run_trajectory(outputs=["force"], times=[1e-4, 3e-4], law=2)["force"].round()
         array([3575., 6556.])
     """
-    outputs = _names(outputs)
+    outputs = names_of(outputs)
     check_names(outputs, values)
     values = _numbers(values)
     if times is not None:
@@ -187,7 +187,7 @@ def _columns(values: Mapping[str, Any]) -> tuple[dict[str, Any], tuple[int, ...]
     }, shape
 
 
-def _names(names: Iterable[str]) -> Sequence[str]:
+def names_of(names: Iterable[str]) -> tuple[str, ...]:
     """The names: of several variables, or a single one."""
     return (names,) if isinstance(names, str) else tuple(names)
 
@@ -238,7 +238,7 @@ def sensitivities(
         >>> {name: round(slope.item(), 4) for name, slope in slopes["ball_velocity"].items()}
         {'club_speed': 1.5842, 'm_club': 48.1936}
     """
-    outputs, wrt = _names(outputs), _names(wrt)
+    outputs, wrt = names_of(outputs), names_of(wrt)
     check_names(outputs, (*values, *wrt))
     for name in (*outputs, *wrt):
         if name in (*FLAGS, *MOMENTARY, "law", "club_force"):

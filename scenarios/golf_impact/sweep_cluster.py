@@ -8,7 +8,6 @@ from collections.abc import Callable
 from concurrent.futures import CancelledError
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -22,7 +21,7 @@ _PATIENCE = "30s"
 
 
 def sweep_on_cluster(
-    address: str, path: Path, arguments: tuple[Any, ...], progress: Callable[[int], object]
+    address: str, path: Path, design: Design, progress: Callable[[int], object]
 ) -> Summary:
     """Compute a sweep on the cluster of the scheduler at an address.
 
@@ -30,7 +29,7 @@ def sweep_on_cluster(
         address: of the scheduler, "tcp://HOST:PORT".
         path: FILE.parquet, a folder on storage that this machine and all workers share; its files
             in the order of their names are the cases in their order.
-        arguments: of `Design`.
+        design: the sweep.
         progress: called with the number of cases done.
 
     Raises:
@@ -43,7 +42,6 @@ def sweep_on_cluster(
         raise missing_package("--scheduler", "Dask", "cluster") from error
     if path.suffix != ".parquet" or path.is_file():
         raise UserError(f"--out {path} is refused: on a cluster it must be a folder FILE.parquet")
-    design = Design(*arguments)
     folder = path.absolute().with_name(f".{secrets.token_hex(6)}.part")
     try:
         folder.mkdir(parents=True)
@@ -59,8 +57,11 @@ def sweep_on_cluster(
             threads = sum(client.nthreads().values())
             count = min(design.cases, max(-(-design.cases // BLOCK), 4 * threads))
             ends = np.linspace(0, design.cases, count + 1).astype(int).tolist()
+            shared_design = client.scatter(design, broadcast=True)
             futures = [
-                client.submit(_write_part, folder / f"{n:06}.parquet", arguments, *part, retries=2)
+                client.submit(
+                    write_table, folder / f"{n:06}.parquet", shared_design, range(*part), retries=2
+                )
                 for n, part in enumerate(pairwise(ends))
             ]
             done = 0
@@ -92,7 +93,3 @@ def sweep_on_cluster(
 def _inspect(file: Path) -> tuple[str, bool]:
     """Of a worker: the version, and whether it has a file."""
     return VERSION, file.exists()
-
-
-def _write_part(path: Path, arguments: tuple[Any, ...], begin: int, end: int) -> Summary:
-    return write_table(path, Design(*arguments), range(begin, end))

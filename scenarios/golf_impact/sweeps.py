@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from golf_build import VERSION
-from golf_impact.api import check_names, run_impacts
+from golf_impact.api import check_names, names_of, run_impacts
 from golf_impact.arrays.impacts import DEFAULTS
 from golf_impact.ball import ball, conditions_of
 from golf_impact.errors import UserError, missing_package
@@ -120,7 +120,7 @@ class Design:
         self.axes = {name: parse_axis(name, given) for name, given in sets.items()}
         self.grid = {name: axis for name, axis in self.axes.items() if not _is_random(axis)}
         self.distributions = {name: axis for name, axis in self.axes.items() if _is_random(axis)}
-        self.outputs, self.seed, self.method = tuple(outputs), seed, method
+        self.outputs, self.seed, self.method = names_of(outputs), seed, method
         self.shape = (*map(len, self.grid.values()), 1 if samples is None else samples)
         self.cases = prod(self.shape)
         check_names(self.outputs, self.axes.keys() - {"ball"})

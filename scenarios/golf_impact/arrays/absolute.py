@@ -18,8 +18,9 @@ from golf_impact.arrays.contacts import COMMON, Contacts, Values, angle, cos_sin
 #: from 0.7 on).
 _MOST_DAMPING = 0.5
 
-#: Of the slope at the end, as part of the pair's: rounding then moves the end by 1e-14 at most.
-_LEAST_SLOPE = 0.125
+#: Of a row's zero from the pair's, rad: the growth of the real mode beside the pair is 1/√3 at most
+#: per rad there, so that the zero is the first one, and steep.
+_NEAR = 0.5
 
 Row = tuple[Values, Values, Values]
 
@@ -55,7 +56,7 @@ def _modes(c: Contacts) -> Modes:
         return q * z - rest * slope, q + slope - rest * square * (p + 2.0 * z)
 
     z = p * span
-    z, _ = newton(function, z + z * q * span * square * (p + z))
+    z = newton(function, z + z * q * span * square * (p + z))
     u = p + square * (p + z) * z
     y = q * z / u
     rate = np.where(np.real(z) > 0.0, p + z, q - y)[()]
@@ -72,7 +73,7 @@ def _modes(c: Contacts) -> Modes:
 
 
 def _zero(modes: Modes, row: Row) -> tuple[Values, Values]:
-    """Phase of a row's first downward zero, and whether that is steep and near the pair's."""
+    """Phase of a row's first downward zero, and whether that is near the pair's."""
     a, c, s = row
     growth = (modes.h - modes.r) / modes.w
 
@@ -82,9 +83,8 @@ def _zero(modes: Modes, row: Row) -> tuple[Values, Values]:
         return real + c * cos + s * sin, growth * real + s * cos - c * sin
 
     start = pi - angle(c, s)
-    theta, slope = newton(function, start)
-    steep = np.real(slope) < -_LEAST_SLOPE * np.real(np.sqrt(c * c + s * s))
-    return theta, steep & (np.abs(theta - start) < 0.5)
+    theta = newton(function, start)
+    return theta, np.abs(theta - start) < _NEAR
 
 
 def _instant(modes: Modes, theta: Values) -> Instant:

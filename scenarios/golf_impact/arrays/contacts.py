@@ -91,13 +91,12 @@ def cos_sin(theta: Values) -> tuple[Values, Values]:
     return cos, sin
 
 
-def newton(function: Callable[[Values], tuple[Values, Values]], x: Values) -> tuple[Values, Values]:
-    """The zero near x of a function that returns value and slope, or NaN; and the slope there."""
+def newton(function: Callable[[Values], tuple[Values, Values]], x: Values) -> Values:
+    """The zero near x of a function that returns value and slope, or NaN."""
     for _ in range(_MOST_STEPS):
         value, slope = function(x)
-        change = -value / slope
-        x = x + change
-        moving = np.abs(np.real(change)) > _CONVERGED * np.abs(np.real(x))
+        x = x - value / slope
+        moving = np.abs(np.real(value / slope)) > _CONVERGED * np.abs(np.real(x))
         if not np.any(moving):
             break
     else:
@@ -106,4 +105,4 @@ def newton(function: Callable[[Values], tuple[Values, Values]], x: Values) -> tu
         # An imaginary part follows the real one by a step.
         value, slope = function(x)
         x = x - value / slope
-    return x, slope
+    return x

@@ -41,7 +41,7 @@ def _damping_ratio(c: Contacts) -> Values:
         s = angle(w, zeta) / w
         return zeta * s - half, s - zeta * ((1.0 - zeta * s) / square)
 
-    return np.where(c.has_line, newton(function, 2.0 / pi * half)[0], c.zeta_of_b)[()]
+    return np.where(c.has_line, newton(function, 2.0 / pi * half), c.zeta_of_b)[()]
 
 
 def _closed(c: Contacts) -> Values:
@@ -140,7 +140,7 @@ class PhaseIntegral:
             return v * self._series_at(phase) - value, slope
 
         start = value * (np.power(0.5 * pi, 1.0 / m) / self.whole)
-        return np.power(newton(function, start)[0], m)
+        return np.power(newton(function, start), m)
 
 
 def _force_at(c: Contacts, t: Values) -> Values:

@@ -68,10 +68,9 @@ def sweep(
         raise UserError("an FMU runs in this process: leave out --fmu or --scheduler")
     sets = pairs_of(set_ or [], "NAME=VALUES, e.g. --set k=0.5e6:2e6:100")
     names = OUTPUTS if outputs is None else tuple(map(str.strip, outputs.split(",")))
-    arguments = sets, names, samples, seed, method
     if out.suffix.lower() not in (".csv", ".parquet"):
         raise UserError(f"--out {out} is refused: its name must end in .csv or .parquet")
-    design = Design(*arguments)
+    design = Design(sets, names, samples, seed, method)
     take_conditions(map(ball, design.grid.get("ball", ())), design.axes)
     _remark(design)
     with_indices = len(design.distributions) > 1 and design.cases == design.shape[-1]
@@ -91,7 +90,7 @@ def sweep(
         else:
             from golf_impact.sweep_cluster import sweep_on_cluster
 
-            summary = sweep_on_cluster(scheduler, out, arguments, move)
+            summary = sweep_on_cluster(scheduler, out, design, move)
         seconds = time.perf_counter() - start
         written = [out]
         if with_indices:
