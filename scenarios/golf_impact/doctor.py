@@ -16,7 +16,7 @@ from golf_build.archive import unpack
 from golf_build.standalone import binaries_of
 from golf_build.toolchain import VERSION, this_machine
 from golf_impact.errors import UserError
-from golf_impact.flaws import check_temporary_folder, find_flaw
+from golf_impact.flaws import check_temporary_folder, find_flaw, run_apart
 from golf_impact.fmu import current_fmu
 
 #: One step, and the reference results in the file, in a process of its own: a crash there is a
@@ -25,7 +25,8 @@ _LOAD = r"""
 import sys, json, pathlib, tempfile, zipfile, fmpy
 from fmpy.util import read_csv
 path, deviations = sys.argv[1], {}
-outputs = [v.name for v in fmpy.read_model_description(path).modelVariables if v.causality == "output"]
+variables = fmpy.read_model_description(path).modelVariables
+outputs = [v.name for v in variables if v.causality == "output"]
 names = [n for n in ("smash_factor", "coefficient_of_restitution") if n in outputs] or outputs[:1]
 end = fmpy.simulate_fmu(path, stop_time=5e-3, output_interval=5e-3, output=names)[-1]
 with tempfile.TemporaryDirectory() as folder:
@@ -114,13 +115,7 @@ def run_here(fmu: Path) -> tuple[dict[str, float], dict[str, float]]:
     Raises:
         UserError: it can't be run here.
     """
-    command = [sys.executable, "-c", _LOAD, str(fmu)]
-    done = subprocess.run(command, capture_output=True, text=True, errors="replace")
-    if code := done.returncode:
-        ended = f"signal {-code}" if code < 0 else f"exit {code}"
-        why = (done.stderr.strip() or "no message").splitlines()[-1]
-        raise UserError(f"{fmu} can't be run here ({ended}): {why}")
-    outputs, deviations = json.loads(done.stdout.splitlines()[-1])
+    outputs, deviations = json.loads(run_apart(_LOAD, fmu).splitlines()[-1])
     return outputs, deviations
 
 

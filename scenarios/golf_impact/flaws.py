@@ -17,11 +17,10 @@ from golf_build.toolchain import this_machine
 from golf_impact.errors import UserError, first_line
 from golf_impact.runs import FLAGS, METRICS, PATH
 
-#: Loads an FMU and reads an output, in a process of its own, which a foreign or damaged one may
-#: crash.
+#: Reads an output of an FMU.
 _TRIAL = """
 import sys, fmpy
-rows = fmpy.simulate_fmu(sys.argv[1], stop_time=1e-3, output_interval=1e-3, output=["force"])
+fmpy.simulate_fmu(sys.argv[1], stop_time=1e-3, output_interval=1e-3, output=["force"])
 """
 
 
@@ -70,13 +69,39 @@ def check_fmu(path: Path) -> Path:
         raise UserError(f"{path} {why}: run `golf-impact build`")
     if guid_in(path) == BUILDER.guid():
         return path
-    command = [sys.executable, "-c", _TRIAL, str(path)]
-    done = subprocess.run(command, capture_output=True, text=True, errors="replace")
-    if done.returncode:
-        message = (done.stderr.strip() or "no message").splitlines()[-1]
-        why = message if done.returncode > 0 else "the process crashed"
-        raise UserError(f"{path} can't be run here ({why}): run `golf-impact build`")
+    try:
+        run_apart(_TRIAL, path)
+    except UserError as error:
+        raise UserError(f"{error}: run `golf-impact build`") from error
     return path
+
+
+def run_apart(program: str, fmu: Path) -> str:
+    """Run a Python program with the path of an FMU, which may crash a process: one of its own.
+
+    Modules are imported from the same folders as here, never from the working folder; what the
+    program leaves behind is removed.
+
+    Returns:
+        What it prints.
+
+    Raises:
+        UserError: it fails, or crashes.
+    """
+    program = f"import sys; sys.path[:] = {sys.path!r}\n{program}"
+    with tempfile.TemporaryDirectory(prefix="golf-impact-") as folder:
+        done = subprocess.run(
+            [sys.executable, "-c", program, str(fmu)],
+            capture_output=True,
+            text=True,
+            errors="replace",
+            env={**os.environ, "TMPDIR": folder, "TEMP": folder, "TMP": folder},
+        )
+    if code := done.returncode:
+        ended = f"signal {-code}" if code < 0 else f"exit {code}"
+        why = (done.stderr.strip() or "no message").splitlines()[-1]
+        raise UserError(f"{fmu} can't be run here ({ended}: {why})")
+    return done.stdout
 
 
 def check_temporary_folder() -> None:

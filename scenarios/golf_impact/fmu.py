@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import signal
 import sys
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -96,6 +97,23 @@ def _current(builder: packaging.Builder | system.System) -> Path:
     return path
 
 
+@contextmanager
+def _interrupts_wait() -> Iterator[None]:
+    """Ctrl-C is handled at the end of this block, where the system can block signals (POSIX).
+
+    The FMU defers interrupts from its first instance on: while that is made, KeyboardInterrupt would
+    be raised inside it.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 class Fmu:
     """An FMU 2.0 for co-simulation, extracted and instantiated once for any number of runs.
 
@@ -141,7 +159,8 @@ class Fmu:
             modelIdentifier=self.description.coSimulation.modelIdentifier,
             instanceName=self.description.modelName,
         )
-        instance.instantiate(callbacks=callbacks, loggingOn=True)
+        with _interrupts_wait():
+            instance.instantiate(callbacks=callbacks, loggingOn=True)
         return instance
 
     def __enter__(self: Entered) -> Entered:
