@@ -5,6 +5,7 @@ import shutil
 import signal
 import sys
 import tempfile
+import threading
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -99,19 +100,26 @@ def _current(builder: packaging.Builder | system.System) -> Path:
 
 @contextmanager
 def _interrupts_wait() -> Iterator[None]:
-    """Ctrl-C is handled at the end of this block, where the system can block signals (POSIX).
+    """KeyboardInterrupt is raised at the end of this block, in the main thread of Python.
 
-    The FMU defers interrupts from its first instance on: while that is made, KeyboardInterrupt would
-    be raised inside it.
+    pythonfmu takes one that is raised while it makes an instance for a failure of the FMU. From then
+    on our FMUs defer interrupts (fmu_src/host/interrupts.py).
     """
-    if not hasattr(signal, "pthread_sigmask"):
+    before = signal.getsignal(signal.SIGINT)
+    if before is not signal.default_int_handler or threading.current_thread().name != "MainThread":
         yield
         return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    waiting: list[int] = []
+    signal.signal(signal.SIGINT, lambda number, frame: waiting.append(number))
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        signal.signal(signal.SIGINT, before)
+        for name, module in [*sys.modules.items()]:
+            if name.endswith(".host.interrupts"):
+                module.defer_interrupts()
+    if waiting:
+        raise KeyboardInterrupt
 
 
 class Fmu:
