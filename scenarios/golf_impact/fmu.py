@@ -102,8 +102,8 @@ def _current(builder: packaging.Builder | system.System) -> Path:
 def _interrupts_wait() -> Iterator[None]:
     """KeyboardInterrupt is raised at the end of this block, in the main thread of Python.
 
-    pythonfmu takes one that is raised while it makes an instance for a failure of the FMU. From then
-    on our FMUs defer interrupts (fmu_src/host/interrupts.py).
+    pythonfmu takes one that is raised while it makes an instance for a failure of the FMU. Then
+    our FMUs defer interrupts by themselves (fmu_src/host/interrupts.py).
     """
     before = signal.getsignal(signal.SIGINT)
     if before is not signal.default_int_handler or threading.current_thread().name != "MainThread":
