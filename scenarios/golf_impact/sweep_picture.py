@@ -46,7 +46,8 @@ def draw(design: Design, drawn: np.ndarray, axes: Axes) -> None:
         places[name] = rising[:: -(-len(rising) // most)]
     order = [[*design.grid].index(name) for name in places]
     table: Any = np.moveaxis(drawn.reshape(design.shape), order, range(len(order)))
-    table = table[(..., *[0] * (table.ndim - len(order) - 1), slice(None))]
+    while table.ndim > len(order) + 1:
+        table = table[..., 0, :]
     for dimension, indices in enumerate(places.values()):
         table = table.take(indices, dimension)
     # Of shape (along, by, samples).
