@@ -69,6 +69,8 @@ def sweep_on_cluster(
                 done += len(summary.drawn)
                 progress(done)
             parts = client.gather(futures)
+        for unfinished in folder.glob(".*.part"):  # of a worker that was killed
+            unfinished.unlink()
         if path.is_dir():
             shutil.rmtree(path)
         folder.rename(path)

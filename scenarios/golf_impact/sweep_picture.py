@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -45,8 +45,9 @@ def draw(design: Design, drawn: np.ndarray, axes: Axes) -> None:
         rising = np.arange(len(grid[name])) if name in _NAMED else np.argsort(grid[name])
         places[name] = rising[:: -(-len(rising) // most)]
     order = [[*design.grid].index(name) for name in places]
-    table = np.moveaxis(drawn.reshape(design.shape), order, range(len(order)))
-    table = table[(..., *[0] * (table.ndim - len(order) - 1), slice(None))]
+    table: Any = np.moveaxis(drawn.reshape(design.shape), order, range(len(order)))
+    while table.ndim > len(order) + 1:
+        table = table[..., 0, :]
     for dimension, indices in enumerate(places.values()):
         table = table.take(indices, dimension)
     # Of shape (along, by, samples).

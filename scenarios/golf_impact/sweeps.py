@@ -142,8 +142,9 @@ class Design:
         if random:
             generator = np.random.default_rng(seed)
             shares = _shares(method, len(self.distributions), generator, self.shape[-1])
-            for (name, axis), column in zip(self.distributions.items(), shares.T):
-                self._samples[name] = axis.ppf(column)
+            for n, (name, axis) in enumerate(self.distributions.items()):
+                shares[:, n] = axis.ppf(shares[:, n])
+                self._samples[name] = shares[:, n]
 
     def columns(self, begin: int, end: int) -> dict[str, np.ndarray]:
         """The swept variables in the cases from `begin` to before `end`, by name."""
