@@ -97,17 +97,17 @@ def conclude(law, rows):
     return f"Law {law}: simulate_fmu takes {calls}; other methods take {' and '.join(methods)}."
 
 
-def run(impact, quick=False):
+def run(impact, quick=False, track=iter):
     """Compare the ways; the cases of the result are the rows of bench.json."""
     result, rows = Result("Run time and error of S, COR and E of an impact"), {}
     with tempfile.TemporaryDirectory(prefix="golf-impact-", ignore_cleanup_errors=True) as folder:
         table, points = list_ways(impact, folder, quick)
-        for law in LAWS:
+        for law in track([*LAWS]):
             rows[law] = measure(impact, law, table + points, quick)
             result.cases |= {f"{row['name']}, {row['called']}, law {law}": row for row in rows[law]}
             title = f"S, COR and E of an impact: law {law}, k = 1 MN/m, b = 9 N·s/m"
             cells = [
-                [name, called, f"{time:.1f}", f"{ratio:.2f}", f"{error:.0e}"]
+                [name, called, f"{time:.1f}", f"{ratio:.2f}", f"{error:.0e}".replace("nan", "–")]
                 for name, called, _, time, ratio, error in map(dict.values, rows[law][: len(table)])
             ]
             result.tables.append((title, ["", "called", "µs", "ratio", "error"], cells))

@@ -1,4 +1,4 @@
-"""`golf-impact bench --quick`: what it writes, and that its checks can fail.
+"""`golf-impact bench`: its rows, and that the other methods are what their names say.
 
 Times aren't tested: a test run shares its machine with others.
 """
@@ -6,83 +6,130 @@ Times aren't tested: a test run shares its machine with others.
 import cProfile
 import json
 from collections import Counter
-from itertools import islice
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
+from cases import DEFAULTS
 from fmpy import read_model_description
-from fmpy.validation import validate_fmu
-from loaded import LoadedFmu, build_plain_fmu
+from loaded import LoadedFmu
 
-from golf_impact.benchmarks import accuracy, empty_fmu
-from golf_impact.benchmarks.all import FIGURES, is_met
-from golf_impact.benchmarks.impact import METRICS
-from golf_impact.benchmarks.work_precision import FMU_ONCE, FMU_STEPPED
-from golf_impact.closed_forms import definitions
-from golf_impact.commands.bench import bench
-from golf_impact.peers import document_fmu
-from golf_impact.peers.compiled import SUB_STEP, compiled_fmu, compiler
-from golf_impact.peers.problem import Case, Outcome, errors
-from golf_impact.reference import Reference, exact_outcome
-from golf_impact.stress.cases import named_cases
-from golf_impact.stress.driver import driver
-from golf_impact.timing import median_ratio, run_interleaved
+import run_time_vs_error
+from golf_impact.commands import bench as command
+from golf_impact.errors import UserError
+from golf_impact.fmu import Impact
+from golf_impact.peers import dop853, empty_fmu, fmus, stepped_impact
+from golf_impact.peers.ways import EMPTY, METRICS, OURS, Way
+from golf_impact.reference import Reference
+from golf_impact.timing import measure_interleaved
+
+COMPILED = pytest.mark.skipif(not fmus.compiler(), reason="there is no C compiler on this machine")
+
+
+def exact(**values):
+    reference = Reference(DEFAULTS | values)
+    reference.step(1e-3)
+    return [float(reference.outputs()[name]) for name in METRICS]
+
+
+def error(found, right):
+    return max(abs(a - b) for a, b in zip(found, right, strict=True))
 
 
 @pytest.mark.ci
 def test_results(tmp_path):
-    code = bench(quick=True, folder=tmp_path)
+    assert command.bench(quick=True, folder=tmp_path) == 0
     results = json.loads((tmp_path / "bench.json").read_text())
-    assert results["passed"] == all(target["passed"] for target in results["targets"].values())
-    assert code == (0 if results["passed"] else 1)
+    assert {"processor", "python", "fmpy", "pythonfmu"} <= results["machine"].keys()
     assert (tmp_path / "run_time_vs_error.png").read_bytes().startswith(b"\x89PNG")
-    limits = {key: row["limit"] for key, row in FIGURES.items()}
-    assert list(results["targets"]) == [k for k in limits if compiler() or "compiled" not in k]
-    for key, target in results["targets"].items():
-        assert results[key] > 0.0
-        assert target == {"limit": limits[key], "passed": is_met(limits[key], results[key])}
-    assert {"processor", "python", "fmpy", "pythonfmu", "fmu"} <= results["machine"].keys()
-    assert len(results["conclusion"]) == 3
-    # Worst measured: 1.2e-15 in 45,000 numbers of the full run.
-    assert results["worst_error"] <= 1e-13
-    assert results["worst_error_is_of"]["numbers_compared"] > 10_000
-    for methods in results["run_time_vs_error"].values():
-        by_method = {series["method"]: series for series in methods}
-        euler = by_method["the document's scheme as FMU"]
-        per_step = [error / dt for error, dt in zip(euler["errors"], euler["settings"])]
-        assert per_step == pytest.approx([per_step[-1]] * len(per_step), rel=0.3)  # of order 1
-        for method in (FMU_STEPPED, FMU_ONCE):
-            assert max(by_method[method]["errors"]) < 1e-14
+    for law in (1, 2):
+        rows = [row for row in results["rows"] if row["law"] == law]
+        assert rows[0]["name"] == OURS
+        assert rows[0]["ratio"] == 1.0
+        for row in rows:
+            assert row["called"]
+            assert row["microseconds"] > 0.0
+            assert row["ratio"] == pytest.approx(row["microseconds"] / rows[0]["microseconds"])
+            assert (row["error"] is None) == (row["name"] == EMPTY)
+        # Measured: 4e-16.
+        assert max(row["error"] for row in rows if row["name"] == OURS) < 1e-14
+        steps = [row for row in rows if row["name"].startswith(("explicit Euler", "Runge–Kutta"))]
+        assert all(1e-15 < row["error"] < 0.1 for row in steps)
 
 
-@pytest.mark.skipif(not compiler(), reason="there is no C compiler on this machine")
 @pytest.mark.parametrize("law", [1, 2])
-def test_compiled_peers_are_the_methods_they_name(law, tmp_path):
-    """Euler's numbers are those of the scheme in Python, RK4 is of order 4; the FMUs are valid."""
-    case = Case(law=law, k=8e5, b=12.0, ball_speed=-3.0)
+@pytest.mark.parametrize("language", ["Python", pytest.param("C", marks=COMPILED)])
+def test_orders_of_the_methods(law, language, tmp_path):
+    values = {
+        "law": law,
+        "k": 8e5,
+        "b": 12.0,
+        "ball_speed": -3.0,
+        "m_club": 0.2,
+        "club_speed": 40.0,
+    }
+    python = fmus.build_plain_fmu(Path(stepped_impact.__file__), tmp_path)
+    path = fmus.build_compiled_fmu(tmp_path) if language == "C" else python
 
-    def solved(path, dt):
-        """Outcome, and S, COR, E."""
+    def solved(path, order, dt):
         with LoadedFmu(path) as peer:
-            slave = peer.instance(dt=dt, **vars(case))
+            slave = peer.instance(order=order, dt=dt, **values)
             slave.doStep(0.0, 1e-3)
-            outcome = Outcome(*slave.getReal(peer.references(Outcome._fields)))
-            return outcome, slave.getReal(peer.references(METRICS))
+            return slave.getReal(peer.references(METRICS))
 
-    same, _ = solved(build_plain_fmu(Path(document_fmu.__file__), tmp_path), SUB_STEP["euler"])
-    for method in SUB_STEP:
-        path = compiled_fmu(method, tmp_path)
-        assert validate_fmu(path) == []
-        if method == "rk4":
-            exact = exact_outcome(case)
-            coarse, fine = (max(errors(case, solved(path, dt)[0], exact)) for dt in (1e-5, 5e-6))
-            assert coarse / fine == pytest.approx(16.0, rel=0.1)
-        outcome, metrics = solved(path, SUB_STEP[method])
-        if method == "euler":
-            assert max(errors(case, outcome, same)) < 1e-15
-        before = 0.5 * (case.m_club * 35.0**2 + case.m_ball * 3.0**2)
-        right = definitions(vars(case), {**outcome._asdict(), "kinetic_energy_initial": before})
-        assert metrics == pytest.approx([right[name] for name in METRICS], rel=1e-14)
+    for order, coarse in ((1, 1e-6), (4, 2.5e-6)):
+        # Measured: 2.00, and 14.2 to 14.8.
+        errors = [error(solved(path, order, dt), exact(**values)) for dt in (coarse, coarse / 2)]
+        assert errors[0] / errors[1] == pytest.approx(2.0**order, rel=0.15)
+        assert error(solved(path, order, coarse), solved(python, order, coarse)) < 1e-13
+
+
+@pytest.mark.parametrize("law", [1, 2])
+def test_dop853(law):
+    for rtol, most in ((1e-6, 1e-5), (1e-12, 1e-10)):
+        assert 0.0 < error(dop853.solve(law, rtol, 9e5), exact(law=law, k=9e5)) < most
+
+
+def test_without_a_compiler_the_methods_are_in_python(fmu_path, tmp_path, monkeypatch):
+    monkeypatch.setattr(fmus, "compiler", lambda: None)
+    with Impact(fmu_path) as impact:
+        rows, points = run_time_vs_error.list_ways(impact, str(tmp_path), quick=True)
+    names = [way.name for way in rows + points]
+    assert "Runge–Kutta 4, Python FMU" in names
+    assert not [name for name in names if "C FMU" in name]
+    assert len({way[:2] for way in rows}) == len(rows)
+
+
+def test_sub_steps_cover_four_decades(fmu_path, tmp_path):
+    with Impact(fmu_path) as impact:
+        _, points = run_time_vs_error.list_ways(impact, str(tmp_path), quick=False)
+    curves = Counter(way.name for way in points)
+    assert len(curves) == 3
+    assert min(curves.values()) >= 6
+    called = {way.called for way in points}
+    for dt in ("10", "0.001"):
+        assert f"k set, doStep of {dt} µs sub-steps, getReal" in called
+
+
+def test_k_changes_at_every_impact(fmu_path):
+    ks, right = [], exact(law=1)
+
+    def solve(k):
+        ks.append(k)
+        return right
+
+    with Impact(fmu_path) as impact:
+        row, _ = run_time_vs_error.measure(impact, 1, [Way("a", "b", lambda law: solve)] * 2, True)
+    assert row == {"name": "a", "called": "b", "law": 1, "ratio": 1.0} | row
+    assert row["error"] < 1e-15
+    assert len(ks) > 20
+    assert all(a != b for a, b in pairwise(ks[:-2]))
+
+
+def test_a_missing_package(monkeypatch):
+    monkeypatch.setattr(command, "find_spec", lambda name: None if name == "mpmath" else name)
+    with pytest.raises(UserError, match=r"bench needs mpmath: install it with .*\[bench\]"):
+        command.bench(quick=True)
 
 
 def calls_inside(scene):
@@ -121,7 +168,7 @@ def test_calls_inside_the_fmu(fmu, law):
 
 
 def test_the_empty_fmu_has_as_many_variables(fmu_path, tmp_path):
-    empty = build_plain_fmu(Path(empty_fmu.__file__), tmp_path)
+    empty = fmus.build_plain_fmu(Path(empty_fmu.__file__), tmp_path)
     ours, others = (
         Counter((v.causality, v.type) for v in read_model_description(path).modelVariables)
         for path in (fmu_path, empty)
@@ -129,25 +176,8 @@ def test_the_empty_fmu_has_as_many_variables(fmu_path, tmp_path):
     assert ours == others
 
 
-def test_the_accuracy_check_can_fail(monkeypatch):
-    right = Reference.outputs
-
-    def wrong(self):
-        return {**right(self), "max_force": right(self)["max_force"] * (1 + 1e-12)}
-
-    monkeypatch.setattr(Reference, "outputs", wrong)
-    few = [*islice(named_cases(), 5)]
-    monkeypatch.setattr(accuracy.cases, "named_cases", lambda randoms: few)
-    with driver() as fmu:
-        worst = accuracy.worst_error(fmu, 0)
-    assert worst["worst_error"] == pytest.approx(1e-12, rel=0.01)
-    assert worst["output"] == "max_force"
-
-
-def test_rounds_are_interleaved_and_their_ratios_taken():
+def test_rounds_are_interleaved():
     order = []
-    jobs = {"a": lambda: order.append("a") or 2.0, "b": lambda: order.append("b") or 4.0}
-    assert run_interleaved(jobs, rounds=2) == {"a": [2.0, 2.0], "b": [4.0, 4.0]}
-    assert order == ["b", "a", "a", "b", "b", "a"]
-    # The median of ratios, not the ratio of medians.
-    assert median_ratio([1.0, 9.0, 4.0], [1.0, 3.0, 1.0]) == 3.0
+    jobs = [lambda name=name: order.append(name) for name in "ab"]
+    assert len(measure_interleaved(jobs, rounds=3, least=0.0)) == 2
+    assert "".join(order) == "aaabbb" + "ab" * 3

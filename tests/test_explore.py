@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from command import ROOT, golf_here, refused, run, run_python
 from compare import assert_close
+from endurance import resident_bytes
 from page import serving
 
 import golf_impact
@@ -27,7 +28,6 @@ from golf_impact.explore.cases import CLUB_BALL, CLUBS, EXAMPLES, QUANTITIES, me
 from golf_impact.explore.evaluator import LOFT, SWEPT
 from golf_impact.fmu import Fmu, Impact
 from golf_impact.shots import shot
-from golf_impact.timing import resident_bytes
 
 pytestmark = pytest.mark.plain
 

@@ -10,12 +10,11 @@ from conftest import numbers
 from golf_physics.variables import VARIABLES
 from loaded import build_fmu
 
-from golf_impact.closed_forms import reduced_mass
 from golf_impact.errors import UserError
+from golf_impact.random_impacts import random_impact, random_steps
 from golf_impact.reference import Reference
 from golf_impact.runs import METRICS
-from golf_impact.scales import Scales
-from golf_impact.stress.cases import random_impact, random_steps
+from golf_impact.scales import Scales, reduced_mass
 
 OUTPUTS = [v.name for v in VARIABLES if v.causality == "output" and v.type == "Real"]
 FLAGS = [v.name for v in VARIABLES if v.type == "Boolean"]
@@ -68,7 +67,7 @@ def test_cases_by_any_steps(fmu, name, shares):
 
 def scales_of(values, end, span, inputs):
     """Scales of errors at the end of a run of `span` s; `inputs` are all k and b that it had."""
-    mu = reduced_mass(values["m_club"], values["m_ball"])
+    mu = reduced_mass(values)
     end = {name: float(value) for name, value in end.items()}
     return Scales(
         values,
@@ -88,7 +87,7 @@ def test_inputs_that_change_in_contact(fmu, seed):
     exact = Reference(case.values)
     fmu.start(**case.values)
     point, reached = 0.0, []
-    for step in random_steps(case, seed):
+    for step in random_steps(case, rng):
         inputs = {"k": step.k, "b": step.b}
         if rng.random() < 0.35:
             inputs["club_speed"] = case.values["club_speed"] * rng.uniform(-0.3, 1.5)

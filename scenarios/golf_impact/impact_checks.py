@@ -7,9 +7,10 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from golf_impact.fmu import Impact
-from golf_impact.random_impacts import ImpactCase, reduced_mass, step_patterns
+from golf_impact.random_impacts import ImpactCase, step_patterns
 from golf_impact.reference import Segment, Steps, outputs_after
-from golf_impact.scales import TOLERANCE, Scales
+from golf_impact.runs import FLAGS
+from golf_impact.scales import TOLERANCE, Scales, reduced_mass
 
 INPUTS = ("k", "b", "club_force")
 
@@ -70,7 +71,8 @@ def check(
             ("order", ""): order_error(path, scales),
         }
         for name in final.keys() - {"mean_force"}:  # that of the last step
-            errors["patterns", name] = scales.error(name, path[name][-1], final[name])
+            value = bool(final[name]) if name in FLAGS else final[name]
+            errors["patterns", name] = scales.error(name, path[name][-1], value)
         yield from ((*which, len(steps), error) for which, error in errors.items())
         if exact:
             in_contact = np.flatnonzero(path["in_contact"]).tolist()

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import accumulate, pairwise
 
 from golf_impact.reference import Segment
+from golf_impact.scales import reduced_mass
 
 #: The document's impact.
 BASELINE = {"k": 1e6, "b": 9.0, "club_speed": 35.0, "ball_speed": 0.0, "gap": 0.0}
@@ -55,27 +56,27 @@ class ImpactCase:
         return self.values["gap"] / self.closing
 
 
-def reduced_mass(values: Mapping[str, float]) -> float:
-    """μ = m_C m_B / (m_C + m_B), kg."""
-    return values["m_club"] * (values["m_ball"] / (values["m_club"] + values["m_ball"]))
-
-
 def critical_damping(values: Mapping[str, float]) -> float:
     """The b of ζ = b/(2√(kμ)) = 1, N.s/m."""
     return 2.0 * math.sqrt(values["k"] * reduced_mass(values))
 
 
-def contact_time_of_law_2(values: Mapping[str, float]) -> float:
-    """Contact time of law 2, s; also the time scale of law 1.
+def half_contact(zeta: float) -> float:
+    """Law 2's contact time in units of 2/ω, ω = √(k/μ), at this damping ratio.
 
     Schwager & Pöschel, Granular Matter 9, 465-469 (2007).
     """
-    zeta, phase = values["b"] / critical_damping(values), 1.0
     if zeta < 1.0:
-        phase = math.acos(zeta) / math.sqrt((1.0 - zeta) * (1.0 + zeta))
-    elif zeta > 1.0:
-        phase = math.acosh(zeta) / math.sqrt((zeta - 1.0) * (zeta + 1.0))
-    return 2.0 * phase / math.sqrt(values["k"] / reduced_mass(values))
+        return math.acos(zeta) / math.sqrt((1.0 - zeta) * (1.0 + zeta))
+    if zeta > 1.0:
+        return math.acosh(zeta) / math.sqrt((zeta - 1.0) * (zeta + 1.0))
+    return 1.0
+
+
+def contact_time_of_law_2(values: Mapping[str, float]) -> float:
+    """Contact time of law 2, s; also the time scale of law 1."""
+    zeta = values["b"] / critical_damping(values)
+    return 2.0 * half_contact(zeta) / math.sqrt(values["k"] / reduced_mass(values))
 
 
 def extreme_impacts() -> Iterator[tuple[str, ImpactCase]]:

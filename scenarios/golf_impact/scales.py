@@ -6,12 +6,16 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from golf_impact.closed_forms import reduced_mass
-
 _PLACES = ("club_position", "ball_position")
 
 #: For every error without unit.
 TOLERANCE = 1e-13
+
+
+def reduced_mass(values: Mapping[str, float]) -> float:
+    """μ = m_C m_B / (m_C + m_B), kg, of inputs and parameters by name."""
+    m_club, m_ball = values["m_club"], values["m_ball"]
+    return m_club * (m_ball / (m_club + m_ball))
 
 
 @dataclass(frozen=True)
@@ -88,7 +92,7 @@ def contact_scales(values: Mapping[str, float], outputs: Mapping[str, float]) ->
     `values` are all inputs and parameters, `outputs` those at the end: max_force, max_compression,
     impulse and contact_time, which is NaN if the bodies haven't separated.
     """
-    mu, n = reduced_mass(values["m_club"], values["m_ball"]), values["exponent"]
+    mu, n = reduced_mass(values), values["exponent"]
     closing, time = values["club_speed"] - values["ball_speed"], outputs["contact_time"]
     approach = values["gap"] / closing if closing > 0.0 else 0.0
     stiffer = n * (outputs["max_compression"] / values["reference_compression"]) ** (n - 1.0)

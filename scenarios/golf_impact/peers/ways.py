@@ -41,7 +41,7 @@ def by_restored_state(impact: Impact) -> Way:
         slave.exitInitializationMode()
         return partial(_solve, slave, slave.getFMUstate(), [at["k"]], [at[x] for x in METRICS])
 
-    return Way(OURS, "state restored, one doStep", prepare)
+    return Way(OURS, "state restored, k set, doStep, getReal", prepare)
 
 
 def by_simulate_fmu(
@@ -79,7 +79,7 @@ def by_sub_steps(language: str, folder: Path, order: int, dt: float) -> Way:
         return partial(_solve, slave, None, [at["k"]], [at[name] for name in METRICS])
 
     name = f"{'explicit Euler' if order == 1 else 'Runge–Kutta 4'}, {language} FMU"
-    return Way(name, f"one doStep, sub-steps of {1e6 * dt:.2g} µs", prepare)
+    return Way(name, f"k set, doStep of {1e6 * dt:.2g} µs sub-steps, getReal", prepare)
 
 
 def by_dop853(rtol: float) -> Way:
@@ -96,7 +96,7 @@ def by_empty_fmu(folder: Path) -> Way:
         slave.exitInitializationMode()
         return partial(_solve, slave, None, [at["k"]], [at[n] for n in empty_fmu.OUTPUTS[:3]])
 
-    return Way(EMPTY, "one doStep", prepare)
+    return Way(EMPTY, "k set, doStep, getReal", prepare)
 
 
 def _instance(folder: Path) -> tuple[Any, dict[str, int]]:
