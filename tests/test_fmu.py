@@ -5,12 +5,11 @@ from itertools import pairwise
 
 import pytest
 from cases import CASES, SHARES, exact, exact_path, horizon
+from command import golf_here, refused
 from compare import assert_close
 from conftest import numbers
 from golf_physics.variables import VARIABLES
-from loaded import build_fmu
 
-from golf_impact.errors import UserError
 from golf_impact.random_impacts import random_impact, random_steps
 from golf_impact.reference import Reference
 from golf_impact.runs import METRICS
@@ -27,8 +26,7 @@ def read_all(fmu):
 def test_no_other_file_is_taken_for_an_fmu(tmp_path):
     other = tmp_path / "notes.txt"
     other.write_text("mine")
-    with pytest.raises(UserError, match=r"must end in \.fmu"):
-        build_fmu(other)
+    refused(golf_here("build", "--out", other), "must end in .fmu")
     assert other.read_text() == "mine"
 
 

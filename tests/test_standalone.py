@@ -24,10 +24,9 @@ from golf_physics.variables import VARIABLES
 from instances import begin, discard, get, make_instance
 from loaded import build_fmu, run_ssp
 
-from golf_build import standalone
+from golf_build import standalone, toolchain
 from golf_build.packaging import fmu_source
 from golf_impact import doctor
-from golf_impact.errors import UserError
 
 
 @pytest.fixture(scope="module")
@@ -391,7 +390,7 @@ def test_what_is_missing_is_named(monkeypatch, tmp_path, place, name, value, wor
         monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     monkeypatch.setattr(place, name, lambda *_: value)
     standalone.private_python.cache_clear()
-    with pytest.raises(UserError) as caught:
+    with pytest.raises(toolchain.StandaloneError) as caught:
         build_fmu(tmp_path / "x.fmu", standalone=True)
     assert words in str(caught.value)
     assert list(tmp_path.iterdir()) == []

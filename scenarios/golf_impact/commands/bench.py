@@ -23,7 +23,7 @@ def bench(
     quick: Annotated[bool, Option("--quick", help="Fewer points and repetitions.")] = False,
     folder: Out = RESULTS,
 ) -> int:
-    """Measure run time and error of an impact, beside other calls and other methods.
+    """Compare run time and error with other calls and other methods.
 
     Times depend on the machine and on other load; the exit code doesn't.
     """

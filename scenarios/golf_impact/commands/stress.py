@@ -15,7 +15,7 @@ def stress(
     folder: Out = RESULTS,
     seed: Annotated[int, Option(metavar="N", help="Repeat the run with this seed.")] = 20,
 ) -> int:
-    """Check extreme and random impacts beside a reference of 80 digits, and by invariants.
+    """Check impacts far beyond golf beside a reference of 80 digits.
 
     Exit code 1: an error is above its tolerance. stress.json has the case of each largest error.
     """
