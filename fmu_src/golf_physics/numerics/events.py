@@ -1,28 +1,35 @@
-"""Event location on the panels of a solution."""
+"""Event location: where functions of time fall to 0 on a panel of a solution.
 
-from collections.abc import Callable, Sequence
+Times are those of the panel; between neighbours a function has at most one extremum.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
 
+Function = Callable[[float], float]
 
-def bisect(f: Callable[[float], float], low: float, high: float) -> float:
+
+def bisect(f: Function, low: float, high: float) -> float:
     """The first double after `low` at which a function isn't above 0; it isn't at `high`."""
     while low < (middle := 0.5 * (low + high)) < high:
         low, high = (middle, high) if f(middle) > 0.0 else (low, middle)
     return high
 
 
-def minimum(slope: Callable[[float], float], low: float, high: float) -> float | None:
+def minimum(slope: Function, low: float, high: float) -> float | None:
     """When a function has a minimum between two times, from its slope; None: it has none."""
     return bisect(lambda t: -slope(t), low, high) if slope(low) < 0.0 < slope(high) else None
 
 
-def first_fall(
-    f: Callable[[float], float], slope: Callable[[float], float], times: Sequence[float]
-) -> float | None:
-    """When a function first falls to 0; None if it doesn't.
+def maxima(slope: Function, times: Sequence[float]) -> Iterator[float]:
+    """When a function has maxima, from its slope."""
+    for low, high in pairwise(times):
+        if slope(low) > 0.0 >= slope(high):
+            yield bisect(slope, low, high)
 
-    It has at most one minimum between neighbours of the times, and may be 0 at the first.
-    """
+
+def first_fall(f: Function, slope: Function, times: Sequence[float]) -> float | None:
+    """When a function first falls to 0, which it may be at the first of the times; None: never."""
     for low, high in pairwise(times):
         if f(high) > 0.0:
             lowest = minimum(slope, low, high)

@@ -30,6 +30,7 @@ class Panel(NamedTuple):
 
     begin: float
     end: float
+    start: Sequence[float]  #: q, v and s at the begin, where the series have rounding errors
     series: list[Series]
     slopes: list[Series]
 
@@ -37,8 +38,19 @@ class Panel(NamedTuple):
         """The argument of the series."""
         return 2.0 * ((t - self.begin) / (self.end - self.begin)) - 1.0
 
-    def at(self, t: float) -> list[float]:
+    def function(self, series: Series) -> Callable[[float], float]:
+        """A series as a function of time."""
+        return lambda t: evaluate(series, self.z(t))
+
+    def quantity(self, n: int) -> Callable[[float], float]:
+        """A component of q, v, s as a function of time."""
+        series, start, begin = self.series[n], self.start[n], self.begin
+        return lambda t: start if t <= begin else evaluate(series, self.z(t))
+
+    def at(self, t: float) -> Sequence[float]:
         """q, v and s."""
+        if t <= self.begin:
+            return self.start
         z = self.z(t)
         return [evaluate(series, z) for series in self.series]
 
@@ -58,12 +70,13 @@ def next_panel(
     """The panel from t >= 0 on, at most so wide, and the width to try for the next one.
 
     Args:
-        f: the slopes of v and s from time and quantities; it may raise ArithmeticError.
+        f: the slopes of v and s from time and quantities; it may raise ArithmeticError or
+            ValueError.
         start: q, v and s at t.
         positions: how many of them are q.
         scales: those of v and s, above 0, in which errors count, from the width of a panel.
 
-    ArithmeticError: f has no numbers right after t.
+    ArithmeticError, ValueError: f has no numbers right after t.
     """
     shortest = _SHORTEST * (t + width)
     while True:
@@ -71,7 +84,7 @@ def next_panel(
         allowed = [_TOLERANCE * scale for scale in scales(width)]
         try:
             slopes = _slopes(f, t, 0.5 * width, start, positions, allowed)
-        except ArithmeticError:
+        except (ArithmeticError, ValueError):
             if width <= shortest:
                 raise
             width *= 0.5
@@ -88,7 +101,7 @@ def next_panel(
     others = [integrate(*one, 0.5 * width) for one in zip(series, moving)]
     places = [integrate(*one, 0.5 * width) for one in zip(others, start[:positions])]
     factor = max(excess, 1e-16) ** (-1.0 / ORDER)
-    return Panel(t, t + width, places + others, series), factor * width
+    return Panel(t, t + width, start, places + others, series), factor * width
 
 
 def _slopes(
