@@ -112,12 +112,13 @@ def _slopes(
     times = [t + half * (1.0 + z) for z in NODES]
     nodes: list[Sequence[float]] = [[value] * ORDER for value in start]
     for _ in range(_ITERATIONS):
+        # Before f, which may be 0 at the start alone: then v doesn't change, but hasn't converged.
+        for i in range(positions):
+            nodes[i] = [start[i] + half * dot(row, nodes[positions + i]) for row in INTEGRALS]
         slopes, converged = list(zip(*map(f, times, zip(*nodes)))), True
         for i, (slope, most) in enumerate(zip(slopes, allowed), positions):
             before, nodes[i] = nodes[i], [start[i] + half * dot(row, slope) for row in INTEGRALS]
             converged = converged and max(map(abs, map(sub, nodes[i], before))) <= most
         if converged:
             return slopes
-        for i in range(positions):
-            nodes[i] = [start[i] + half * dot(row, nodes[positions + i]) for row in INTEGRALS]
     raise ArithmeticError(f"the solution has no numbers after t = {t!r} s")
