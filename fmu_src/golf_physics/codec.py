@@ -28,7 +28,9 @@ def fits(value: Any, type_: Any) -> bool:
     """Whether a value is of an annotated type; a float is finite, a `Real` is any number."""
     origin, types = get_origin(type_), get_args(type_)
     if type_ in (float, Real):
-        return type(value) in (float, int) and (isfinite(value) or type_ is not float)
+        if type(value) is int:
+            return abs(value) < 2**53
+        return type(value) is float and (isfinite(value) or type_ is not float)
     if origin in (Union, UnionType):
         return any(fits(value, one) for one in types)
     if origin is tuple and types[-1] is not ...:
