@@ -15,6 +15,10 @@ from .values import START, Inputs, Instant, Motion, Parameters, State, added, ne
 #: Of a host's clock, relative.
 RESOLUTION = 2.0**-52
 
+#: So many contact phases wait for their results to be computed: a host that changes k or b at every
+#: step may never read them.
+_MOST_WAITING = 64
+
 
 class Touch(NamedTuple):
     """First touch."""
@@ -204,27 +208,42 @@ class Approach(Impact):
 class Contact(Impact):
     """The bodies in contact, from touch or from a change of inputs on; `inputs` are those that act.
 
-    `before` has the results of the contact phases before.
+    `previous` are the results of the contact phases before; or the last of these, how long it has
+    lasted (s), and how many wait for their results.
     """
 
     __slots__ = (
-        "before", "begin", "duration", "inputs", "motion", "parameters", "phase", "touch",
+        "_previous", "begin", "duration", "inputs", "motion", "parameters", "phase", "touch",
     )  # fmt: skip
 
     in_contact = True
     touch: Touch
-    arguments = property(attrgetter("parameters", "inputs", "begin", "touch", "motion", "before"))
+    arguments = property(
+        attrgetter("parameters", "inputs", "begin", "touch", "motion", "results_before")
+    )
     b = property(attrgetter("inputs.b"))
     club_force = property(attrgetter("inputs.club_force"))
 
     def __init__(
         self, parameters: Parameters, inputs: Inputs, begin: Instant, touch: Touch,
-        motion: Motion, before: Results,
+        motion: Motion, previous: "Results | tuple[Contact, float, int]",
     ) -> None:  # fmt: skip
         self.parameters, self.inputs, self.begin = parameters, inputs, begin
-        self.touch, self.motion, self.before = touch, motion, before
+        self.touch, self.motion, self._previous = touch, motion, previous
         self.phase = LAWS[parameters.law].contact(parameters, inputs, motion)
         self.duration = self.phase.duration
+
+    @property
+    def results_before(self) -> Results:
+        """Results of the contact phases before this one, computed on demand."""
+        contact, waiting = self, []
+        while not isinstance(previous := contact._previous, Results):
+            waiting.append((contact, previous))
+            contact = previous[0]
+        # In order, so that none of them looks further back than at the one before it.
+        for contact, (last, lasted, _) in reversed(waiting):
+            contact._previous = previous = last.results(lasted)
+        return previous
 
     def find_end(self) -> None:
         while self.phase.extend():
@@ -263,7 +282,10 @@ class Contact(Impact):
         motion = new(Motion, (x_club, x_ball, v_club, v_ball, d, closing))
         # Not of NaN, which the new phase refuses.
         if not law.force(p, k, b, d, closing) <= 0.0 or (not d and closing > 0.0):
-            return Contact(p, inputs, instant, touch, motion, self.results(t))
+            last = self._previous
+            waiting = 1 if isinstance(last, Results) else last[2] + 1
+            previous = (self, t, waiting) if waiting < _MOST_WAITING else self.results(t)
+            return Contact(p, inputs, instant, touch, motion, previous)
         return Flight(self, instant, t, motion, club_force)
 
     def clamp(self, state: State, t: float) -> None:
@@ -297,7 +319,7 @@ class Contact(Impact):
 
     def results(self, t: float) -> Results:
         """Results until t, s since the start of the phase."""
-        time, most, when, compression, impulse = self.before
+        time, most, when, compression, impulse = self.results_before
         largest, deepest, more = self.phase.totals(t)
         peak = self._later_peak(time, most, when, *largest)
         return Results(time + t, *peak, max(compression, deepest), impulse + more)
@@ -306,11 +328,11 @@ class Contact(Impact):
 
     def contact_time(self, t: float) -> float:
         """Total time in contact, s."""
-        return self.before.contact_time + t
+        return self.results_before.contact_time + t
 
     def peak_force(self, t: float) -> tuple[float, float]:
         """The largest contact force, N, and its time since first touch, s."""
-        time, most, when, _, _ = self.before
+        time, most, when, _, _ = self.results_before
         return self._later_peak(time, most, when, *self.phase.largest("force", t))
 
     @staticmethod
@@ -326,11 +348,11 @@ class Contact(Impact):
 
     def peak_compression(self, t: float) -> float:
         """The largest compression, m."""
-        return max(self.before.max_compression, self.phase.largest("d", t)[0])
+        return max(self.results_before.max_compression, self.phase.largest("d", t)[0])
 
     def total_impulse(self, t: float) -> float:
         """Impulse of the contact force so far, N.s."""
-        return self.before.impulse + self.phase.impulse(0.0, t)
+        return self.results_before.impulse + self.phase.impulse(0.0, t)
 
 
 class Flight(Impact):

@@ -484,10 +484,14 @@ class Component:
 
     def snapshot(self) -> Snapshot:
         """Everything, for `restore` in any instance of this process."""
-        return Snapshot(
-            tuple(self.values), self._mode, self._refused, self._illegal, self.start_time,
-            self.origin, self._point, self._impact, self._inputs, self._begin, self.last_step,
-            self._count,
+        computed = self._present, self._dense_output
+        return new(
+            Snapshot,
+            (
+                tuple(self.values), self._mode, self._refused, self._illegal, self.start_time,
+                self.origin, self._point, self._impact, self._inputs, self._begin, self.last_step,
+                self._count, computed,
+            ),
         )  # fmt: skip
 
     def restore(self, snapshot: Snapshot | None) -> None:
@@ -499,10 +503,12 @@ class Component:
             return
         (
             values, self._mode, self._refused, self._illegal, self.start_time, self.origin,
-            self._point, impact, inputs, begin, size, count,
+            self._point, self._impact, self._inputs, begin, size, count, computed,
         ) = snapshot  # fmt: skip
-        self._run(impact, inputs, begin, size)
+        self._resize(self._impact, begin, size)
         self._count = count
+        if computed is not None:
+            self._present, self._dense_output = computed
         self._restored_values = values
         self.values = list(values)
         self._point_is_free, self._check_every_step = True, False

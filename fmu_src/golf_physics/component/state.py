@@ -31,11 +31,14 @@ class Snapshot(NamedTuple):
     start_time: float
     origin: float
     point: Real
+    #: The impact at the start of a run of equal steps or before; their inputs, size and number.
     impact: Impact | None
     inputs: Inputs | None
     begin: Instant
     size: float
     steps: float
+    #: The impact from a later phase on, and its dense output: computed from the others on demand.
+    computed: None = None
 
 
 CLASSES = (
@@ -64,7 +67,7 @@ def _check(class_: type, arguments: Any) -> None:
         right &= INSTANTIATED <= state.mode <= TERMINATED and abs(state.begin[0]) < _LATEST
         right &= min(state.size, state.steps) >= 0.0 and state.size * state.steps < _LATEST
         if impact is None or inputs is None:
-            right &= impact is inputs is None and state.mode < STEPPING
+            right &= impact is inputs is None and state.mode != STEPPING
         elif not isinstance(impact, SolvedImpact):
             right &= _in_bounds(*inputs, *impact.parameters)
             right = right and conflict(impact.parameters, inputs) is None
@@ -74,7 +77,9 @@ def _check(class_: type, arguments: Any) -> None:
 
 def packed(snapshot: Any) -> bytes:
     """A snapshot as bytes."""
-    return codec.packed(_VERSION, snapshot) if isinstance(snapshot, Snapshot) else b""
+    if not isinstance(snapshot, Snapshot):
+        return b""
+    return codec.packed(_VERSION, snapshot._replace(computed=None))
 
 
 def unpacked(data: bytes) -> Snapshot | None:
