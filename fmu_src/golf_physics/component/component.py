@@ -11,7 +11,6 @@ from typing import Any
 
 from ..impact import RESOLUTION, Contact, Impact, advance
 from ..laws import LAWS
-from ..laws.contact import ContactError
 from ..refusals import conflict, conflict_of_inputs, refusal
 from ..values import START, Inputs, Instant, Parameters, Refusal, State, added, new, rejected
 from ..variables import INPUTS, MOTION, SETTABLE, VARIABLES
@@ -55,8 +54,9 @@ _LONGEST_STEP = 1e100
 
 
 def _not_computed(error: Exception) -> Refusal:
-    if isinstance(error, ContactError):
-        return Refusal(str(error))
+    # A phase's own reason; other classes are those of Python's arithmetic.
+    if type(error) is ArithmeticError:
+        return Refusal(f"this impact can't be computed: {error}")
     return Refusal(f"this impact leaves the range of a double ({error})")
 
 
