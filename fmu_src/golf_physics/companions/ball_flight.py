@@ -32,7 +32,6 @@ from functools import partial
 from math import atan2, cos, isfinite, log, pi, sin, sqrt
 from typing import ClassVar, NamedTuple
 
-from ..codec import finite
 from ..numerics.chebyshev import differentiate, interpolate
 from ..numerics.events import first_fall, maxima
 from ..numerics.ode import Panel, next_panel
@@ -54,8 +53,8 @@ _ROUGHNESS = 0.03
 class Air(NamedTuple):
     """What acts on a ball, SI units."""
 
-    drag: tuple[float, ...]  #: k times C_D: constant, with S, with S^2, with v
-    lift: tuple[float, ...]  #: k times C_L: constant, with S, with S^2, with v^-2
+    drag: tuple[float, float, float, float]  #: k times C_D: constant, with S, with S^2, with v
+    lift: tuple[float, float, float, float]  #: k times C_L: constant, with S, with S^2, with v^-2
     decay: float  #: of the spin, 1/m
     gravity: float
     limit: float  #: of S
@@ -170,11 +169,8 @@ class Flight:
 class BallFlight(Companion):
     """The flight of the ball over time; see the module's text."""
 
-    inside: ClassVar = {"_flight": (Flight, None)}
-    classes: ClassVar = {
-        Flight: (*[finite] * 4, Air),
-        Air: ([finite] * 4, [finite] * 4, *[finite] * 4),
-    }
+    inside: ClassVar = {"_flight": Flight | None}
+    classes: ClassVar = (Flight, Air)
     _flight: Flight | None = None
 
     def _step(self, point: float, size: float) -> None:
