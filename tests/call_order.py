@@ -15,8 +15,9 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from fmi2_calls import DISCARD, ERROR, OK, Player
-from golf_build.system import COMPANIONS
 from golf_physics.variables import VARIABLES
+
+from golf_build.system import COMPANIONS
 
 INSTANTIATED, INITIALIZATION, BLOCKED, STEPPING, TERMINATED = range(5)
 

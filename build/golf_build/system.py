@@ -62,7 +62,7 @@ _SHARED = (
 class _Row(Variable):
     """Of a companion: its bounds are for refusals, not FMI's min and max."""
 
-    allowed = ""  # type: ignore[assignment]
+    allowed = ""
 
 
 def _companion(name: str, *modules: str) -> Builder:
