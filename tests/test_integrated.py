@@ -59,13 +59,6 @@ def test_law_1_against_its_closed_form(k, zeta, m_ball, club_force):
     assert found.impulse(0.0, until) == pytest.approx(exact.impulse(0.0, until), rel=1e-13)
 
 
-@pytest.mark.parametrize(("b", "most"), [(60.0, 169.39639631758), (9.0, 203.92706755117)])
-def test_a_push_after_touch(b, most):
-    """The largest forces: as by the solver before this one, within 1e-10."""
-    phase = pushed(1.5, b, 1.0, 300.0)
-    assert phase.largest("force", 1e-3)[0] == pytest.approx(most, rel=1e-10)
-
-
 @pytest.mark.parametrize("t", [1.0, 1e6])
 def test_a_contact_that_a_push_keeps_together_comes_to_rest(t):
     """From then on force and compression are constant, and both bodies accelerate alike."""
