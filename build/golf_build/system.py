@@ -11,8 +11,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from golf_physics import variables
-from golf_physics.companions.companion import Variable
-from golf_physics.variables import Unit
+from golf_physics.variables import Unit, Variable
 
 from golf_build import fmi2
 from golf_build import standalone as alone
@@ -56,9 +55,22 @@ class {model}(CompanionAdapter):
 '''
 
 
+#: What every companion needs of golf_physics.
+_SHARED = (
+    "companions/companion", "companions/__init__", "numerics/ode", "numerics/events",
+    "numerics/chebyshev", "numerics/__init__", "codec", "values", "variables",
+)  # fmt: skip
+
+
+class _Row(Variable):
+    """Of a companion: its bounds are for refusals, not FMI's min and max."""
+
+    allowed = ""
+
+
 def _companion(name: str, *modules: str) -> Builder:
     """The FMU of these modules, whose variables are in the .toml file beside the first of them."""
-    modules = *modules, "companions/companion", "companions/__init__", "codec", "values"
+    modules = *modules, *_SHARED
     sources = [f"golf_physics/{module}.py" for module in modules]
     table = fmu_source(sources[0]).with_suffix(".toml").read_text("utf-8")
     (_, description), *groups = tomllib.loads(table).items()
@@ -68,8 +80,8 @@ def _companion(name: str, *modules: str) -> Builder:
             limits = values or (None, 0.0, 0.0)
             display = next(iter(_UNITS[unit].display), None) if unit else None
             kind = "Real" if unit else "Boolean"
-            row = reference, variable, causality, kind, unit, *limits, display, text
-            rows.append(Variable(*row))
+            row = variable, causality, kind, unit, *limits, None, display, text, reference
+            rows.append(_Row(*row))
     used = {row.unit for row in rows}
     units = {unit: about for unit, about in _UNITS.items() if unit in used}
     tables = {"rows": rows, "description": description, "units": units}
@@ -79,11 +91,9 @@ def _companion(name: str, *modules: str) -> Builder:
 
 #: The companions by name.
 COMPANIONS = {
-    "Swing": _companion(
-        "Swing", "companions/swing", "companions/double_pendulum", "companions/taylor"
-    ),
-    "Launch": _companion("Launch", "companions/launch", "companions/taylor", "restitution"),
-    "BallFlight": _companion("BallFlight", "companions/ball_flight", "companions/taylor"),
+    "Swing": _companion("Swing", "companions/swing", "companions/double_pendulum"),
+    "Launch": _companion("Launch", "companions/launch", "restitution"),
+    "BallFlight": _companion("BallFlight", "companions/ball_flight"),
 }
 
 
