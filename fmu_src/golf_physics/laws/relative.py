@@ -24,15 +24,17 @@ from .power_law import PowerLawContact
 _LARGEST = 1e75
 
 
-#: A larger force on the club head (relative to the contact force without it) leaves too little of
-#: the motion for the integration to be exact to 1e-10.
-_MOST_FORCE = 1e3
+#: Beside a larger push on the club head (relative to the contact force without it) rounding errors
+#: would decide whether the bodies separate.
+_MOST_FORCE = 1e4
 
 
 def _refusal_of_force(
     p: Parameters, k: float, club_force: float, compression: float, closing: float
 ) -> Refusal | None:
-    """Why a force on the club head is rejected beside a power law, or None."""
+    """Why a push on the club head is rejected beside a power law, or None."""
+    if club_force <= 0.0:
+        return None
     n, length = p.exponent, p.reference_compression
     share = p.m_ball / (p.m_club + p.m_ball)
     rate = closing / length
@@ -40,7 +42,7 @@ def _refusal_of_force(
     power = 0.5 * (n + 1.0) * (p.m_club * share / k) * rate * rate
     power += (compression / length) ** (n + 1.0)
     contact_force = k * length * power ** (n / (n + 1.0))
-    if share * abs(club_force) <= _MOST_FORCE * contact_force:
+    if share * club_force <= _MOST_FORCE * contact_force:
         return None
     reason = (
         f"its share m_ball/(m_club + m_ball) must be at most {_MOST_FORCE:g} times the contact "
