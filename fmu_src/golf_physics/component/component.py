@@ -404,7 +404,7 @@ class Component:
         """Values of variables of another type ("Enumeration", "Boolean")."""
         _, pick = self.reading(tuple(references), type_)
         try:
-            return self.state() if pick is None else pick(self)
+            return pick(self)
         except (ArithmeticError, ValueError) as error:
             self._report(_not_computed(error))
             return [0] * len(references)
