@@ -98,7 +98,7 @@ COMPANIONS = {
 
 
 class System:
-    """GolfSwing.ssp: the four FMUs of a drive and their connections; built as a `Builder` builds."""
+    """GolfSwing.ssp: the FMUs of a drive and their connections; built as a `Builder` builds."""
 
     name, suffix = "GolfSwing", ".ssp"
 
