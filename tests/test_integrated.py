@@ -21,7 +21,7 @@ def touch(speed):
 
 def pushed(exponent, b, speed, club_force):
     inputs = Inputs(1e6, b, speed, club_force)
-    return LAWS[2].contact(parameters(exponent=exponent), inputs, touch(speed))
+    return Law.contact(LAWS[2], parameters(exponent=exponent), inputs, touch(speed))
 
 
 def finished(phase):
