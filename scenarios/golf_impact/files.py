@@ -66,3 +66,18 @@ def as_json(data: object) -> bytes:
     """JSON, indented, every double to its last digit; null for those that JSON doesn't have."""
     finite = json.loads(json.dumps(data), parse_constant=lambda name: None)
     return (json.dumps(finite, indent=1) + "\n").encode()
+
+
+def write(path: Path, data: bytes | str) -> Path:
+    """Write a file beside its place, flush it and rename it there; its folder is made.
+
+    UserError: it can't be written; then what was there is as it was.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with whole(path) as stream:
+            stream.write(data.encode() if isinstance(data, str) else data)
+            stream.flush()
+    except OSError as error:
+        raise UserError(f"can't write {path}: {error.strerror or error}") from error
+    return path
