@@ -16,7 +16,7 @@ from golf_build.extras import install_command
 from golf_impact.ball import BALLS
 from golf_impact.calibration.calibration import Calibration
 from golf_impact.calibration.fit import ContactLaw, Fit
-from golf_impact.calibration.measurements import IMPACT, TARGETS, Measurements, Target, measurements
+from golf_impact.calibration.measurements import IMPACT, TARGETS, Measurements, Measured, measurements
 from golf_impact.closed_forms import solution
 from golf_impact.errors import UserError
 from golf_impact.measured import MPH
@@ -92,7 +92,7 @@ def test_noisy_targets(fmu, seed):
     noisy = {}
     for name, value in measured.items():
         sigma = 10.0 ** draw.uniform(-5.0, -1.3) * abs(value)
-        noisy[name] = Target(value + sigma * draw.gauss(0.0, 1.0), sigma)
+        noisy[name] = Measured(value + sigma * draw.gauss(0.0, 1.0), sigma)
     fitted = Fit(Measurements(noisy, impact=impact), law)
     truth = sum(((measured[name] - t.value) / t.sigma) ** 2 for name, t in noisy.items())
     # Rounding the parameters changes χ² by 1e-6 of their number.
@@ -173,9 +173,9 @@ def test_targets_from_a_file(tmp_path):
     )
     data = measurements({"cor": 0.75, "sigma_cor": 0.02, "m_club": 0.21}, file)
     assert data.impact == {**IMPACT, "club_speed": 36.0, "m_club": 0.21}
-    assert data.targets == {"ball_speed": Target(50.0, 0.5), "cor": Target(0.75, 0.02)}
+    assert data.targets == {"ball_speed": Measured(50.0, 0.5), "cor": Measured(0.75, 0.02)}
     file.write_text("target,value\ncor,74 %\n")
-    assert measurements({}, file).targets == {"cor": Target(0.74, 0.0074, False)}
+    assert measurements({}, file).targets == {"cor": Measured(0.74, 0.0074, False)}
 
 
 @pytest.mark.parametrize(

@@ -116,7 +116,7 @@ def test_a_row_in_the_steep_rise_after_touch():
     true = {**BALL, **values}
     for one in found:
         assert_found(one, true)
-    errors = [one.touches["curve"].standard_error for one in found]
+    errors = [one.curves["curve"]["touch"].standard_error for one in found]
     assert min(errors) > 0.2 * max(errors)
 
 
@@ -170,7 +170,7 @@ def test_without_noise():
     found = fitted(curve=record(200, noise=0.0, shift=2.0))
     right = {name: BALL[name] for name in found.parameters}
     assert_close(found.values, right, tolerance=1e-6)
-    assert found.touches["curve"].value == pytest.approx(2.0, abs=1e-10)
+    assert found.curves["curve"]["touch"].value == pytest.approx(2.0, abs=1e-10)
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -261,7 +261,7 @@ def test_from_python():
     # Measured and fitted, residuals and zero; over the time since touch, a tenth of a second ago.
     above, below = found.draw().axes
     (measured, model), (residuals, zero) = above.lines, below.lines
-    since = 1e6 * (time - found.fit.touches["curve"].value)
+    since = 1e6 * (time - found.fit.curves["curve"]["touch"].value)
     for drawn in (measured, model, residuals):
         assert drawn.get_xdata() == pytest.approx(since)
     assert measured.get_ydata() == pytest.approx(force)

@@ -134,7 +134,7 @@ def test_parameters_are_rounded_to_a_thousandth_of_a_standard_deviation():
     time, force = curve(260)
     noise = np.random.default_rng(1).normal(0.0, 20.0, 260)
     fit = Fit(measurements(IMPACT, curve=(time, force + noise)), ContactLaw(2, 1.0))
-    k, touch = fit.parameters["k"], fit.touches["curve"]
+    k, touch = fit.parameters["k"], fit.curves["curve"]["touch"]
     assert k.value == round(k.value, 1)
     assert k.value == pytest.approx(1e6, abs=3.0 * k.standard_error)
     assert touch.value != round(touch.value, 12)

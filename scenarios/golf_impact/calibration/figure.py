@@ -64,9 +64,8 @@ def draw(calibration: Any) -> Figure:
         one.axvspan(-1.96, 1.96, color="black", alpha=0.1, lw=0)
         one.axvline(0.0, color="black", lw=1.0)
         one.plot(residuals, range(len(residuals)), "o", ms=7)
-        names = [
-            QUANTITIES[TARGETS[n]].plain if TARGETS[n] in QUANTITIES else n for n in data.targets
-        ]
+        outputs = {name: QUANTITIES.get(TARGETS[name]) for name in data.targets}
+        names = [known.plain if known else name for name, known in outputs.items()]
         one.set_yticks(range(len(names)), names)
         one.set_ylim(len(names) - 0.5, -0.5)
         one.set(xlabel="(fit − target) / σ; band: 95 %")

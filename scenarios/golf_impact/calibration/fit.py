@@ -177,16 +177,13 @@ class Fit:
 
     def _of_curve(self, name: str, curve: Series) -> dict[str, Estimate]:
         """Instant of touch by the curve's clock (s), offset (N) at its origin and drift (N/s)."""
+        units = {"touch": (MICRO, curve.origin), "offset": (1.0, 0.0), "drift": (PER_MS, 0.0)}
         found = {}
-        for of, unit, zero in (
-            ("touch", MICRO, curve.origin),
-            ("offset", 1.0, 0.0),
-            ("drift", PER_MS, 0.0),
-        ):
+        for of, (unit, zero) in units.items():
             if one := self.result.params.get(of_curve(of, name)):
-                value, half = zero + unit * one.value, self.coverage * unit * one.stderr
-                ends = value - half, value + half
-                found[of] = Estimate(value, unit * one.stderr, ends)
+                value, error = zero + unit * one.value, unit * one.stderr
+                half = self.coverage * error
+                found[of] = Estimate(value, error, (value - half, value + half))
         return found
 
     def baseline(self, name: str, curve: Series) -> np.ndarray:
@@ -465,7 +462,7 @@ class _Problem:
             # χ² is a parabola whose minimum lies beyond the limit.
             beyond = min(inward * step[n], 0.0)
             far = beyond + math.sqrt(beyond**2 + _ONE_SIDED * covariance[n, n])
-            ends[name] = tuple(sorted((limit, limit + inward * far)))
+            ends[name] = tuple(sorted((limit, float(limit + inward * far))))
             params[name].set(value=limit, vary=False)
         return params, ends
 

@@ -238,10 +238,10 @@ def measurements(
     for name, value in scalars.items():
         if value is not None and not name.startswith("sigma_"):
             given[_named(name)] = value, scalars.get(f"sigma_{name}"), ""
-    for name in scalars:
-        if name.startswith("sigma_") and scalars[name] is not None:
-            if _named(name[6:]) not in given:
-                raise UserError(f"{name} is refused without {name[6:]}", name, scalars[name])
+    for name, value in scalars.items():
+        of = name.removeprefix("sigma_")
+        if of != name and value is not None and _named(of) not in given:
+            raise UserError(f"{name} is refused without {of}", name, value)
     targets = {
         name: measured(given[name][0], name, given[name][2], given[name][1])
         for name in TARGETS
@@ -489,7 +489,8 @@ def _check_impulse(curve: Series) -> None:
     masses = [impulse / (speed * part) for part in (2.0, 1.0)]
     if masses[0] < m_ball:
         least, most = (m * m_ball / (m_ball - m) if m < m_ball else math.inf for m in masses)
-        hints.append(f"or --m-club from {least:.3g} to {most:.3g} kg")
+        ends = f"from {least:.3g} to {most:.3g} kg" if most < 10.0 else f"of {least:.3g} kg or more"
+        hints.append(f"or --m-club {ends}")
     raise UserError(
         f"{curve.name}: its impulse, {impulse:.4g} N·s, is {ratio:.3g} times reduced mass times "
         f"club speed ({speed:g} m/s, club {m_club:g} kg), where 1 to 2, 1 + COR, is possible; "

@@ -28,6 +28,9 @@ _LAW = ("law", "reference_compression", *LAW_PARAMETERS)
 #: touch; instants where the contact isn't in closed form, so that each of them takes longer.
 _INSTANTS, _SCALAR_INSTANTS = 1000, 300
 
+#: The step of a difference over an instant of touch, in its unit.
+_TOUCH = 1e-3
+
 #: The unit of an instant of touch, of a drift over time.
 MICRO, PER_MS = 1e-6, 1e3
 
@@ -103,22 +106,23 @@ class Model:
         columns = np.zeros((len(names), len(self.data.values)))
         for column, name in zip(columns, names):
             of, curve = split_name(name)
-            if of in _OF_CURVES:
-                one = self.data.curves[curve]
-                since, rows = one.x - one.origin, column[self.data.groups[curve]]
-                if of == "touch":
-                    ends = (
-                        self.curve(curve, {**values, name: values[name] + s}) for s in (1e-3, -1e-3)
-                    )
-                    rows[:] = np.subtract(*ends) / 2e-3
-                    close = max(near * one.spacing, 2e-3 * MICRO)
-                    rows[abs(since - MICRO * values[name]) <= close] = 0.0
-                else:
-                    rows[:] = 1.0 if of == "offset" else PER_MS * since
+            if of not in _OF_CURVES:
+                ends = ends_of("k" if of.startswith("k") else of, values[name])
+                low, high = (self({**values, name: end}) for end in ends)
+                column[:] = (high - low) / (ends[1] - ends[0])
                 continue
-            ends = ends_of("k" if of.startswith("k") else of, values[name])
-            first, last = (self({**values, name: end}) for end in ends)
-            column[:] = (last - first) / (ends[1] - ends[0])
+            one, rows = self.data.curves[curve], column[self.data.groups[curve]]
+            since = one.x - one.origin
+            if of == "touch":
+                touch = values[name]
+                late, early = (
+                    self.curve(curve, {**values, name: touch + s}) for s in (_TOUCH, -_TOUCH)
+                )
+                rows[:] = (late - early) / (2.0 * _TOUCH)
+                close = max(near * one.spacing, 2.0 * _TOUCH * MICRO)
+                rows[abs(since - MICRO * touch) <= close] = 0.0
+            else:
+                rows[:] = 1.0 if of == "offset" else PER_MS * since
         return columns.T
 
 
@@ -131,10 +135,9 @@ def _impact(conditions: Mapping[str, float], values: Mapping[str, float]) -> dic
 def _forces(times: np.ndarray, impact: Mapping[str, float]) -> np.ndarray:
     """Contact force at times since first touch, N."""
     force, contact = np.zeros(times.shape), closed_contact(impact)
-    most = _INSTANTS if contact else _SCALAR_INSTANTS
-    end = (
-        contact.contact_time if contact else run_impact(["contact_time"], **impact)["contact_time"]
-    )
+    most, end = _INSTANTS, contact.contact_time if contact else 0.0
+    if contact is None:
+        most, end = _SCALAR_INSTANTS, run_impact(["contact_time"], **impact)["contact_time"]
     if not end > 0.0:
         raise UserError("the bodies don't separate")
     inside = (times > 0.0) & (times < end)
@@ -144,7 +147,7 @@ def _forces(times: np.ndarray, impact: Mapping[str, float]) -> np.ndarray:
     if contact:
         sampled = forces(instants, contact)
     else:
-        sampled = run_trajectory(outputs=["force"], times=instants, **impact)["force"]
+        sampled = run_trajectory(0, ["force"], times=instants, **impact)["force"]
     if rows is not instants:
         from scipy.interpolate import CubicSpline
 

@@ -28,9 +28,7 @@ _MEASURED = (
 )
 _AFTER = "Measured after the impact."
 _CSV = "Scalars as a CSV file: target,value,sigma, with names as above; options override it."
-_BASELINE = (
-    "The sensor's offset, or drift too; the rows before and after contact decide, if omitted."
-)
+_BASELINE = "The sensor's offset, or drift too; rows outside contact decide, if omitted."
 _FIX = "A parameter that isn't fitted: n=1.5; repeatable."
 _PRIOR = "A parameter of law or impact that is known beforehand: m_club=0.2±0.002; repeatable."
 _PROFILE = "95 % intervals by the rise of χ² (lmfit's conf_interval), not by standard errors."
@@ -100,8 +98,8 @@ def calibrate(
             calibration.draw().savefig(image)
             written.append(write(folder / "calibrate.png", image.getvalue()))
         written += [calibration.save(save)] if save else []
-    for title, columns, rows in calibration.tables():
-        _print_table(title, columns, rows)
+    for table in calibration.tables():
+        _print_table(*table)
     print_paragraphs(calibration.words)
     say(f"\n{', '.join(map(str, written))}")
     say("Run it:", "bold")
@@ -113,7 +111,7 @@ def _pairs(texts: list[str] | None, option: str, example: str) -> dict[str, str]
     """Values by name, of NAME=VALUE."""
     found: dict[str, str] = {}
     for text in texts or []:
-        name, equals, value = (part.strip() for part in text.partition("="))
+        name, _, value = (part.strip() for part in text.partition("="))
         name = name.replace("-", "_")
         if not (name and value):
             raise UserError(f"--{option} {text} is refused: write NAME=VALUE, e.g. {example}")
