@@ -98,7 +98,7 @@ class Calibration:
         self.result = best.result
         self.parameters, self.covariance = best.parameters, best.covariance
         self.chi_squared, self.degrees_of_freedom = best.chi_squared, best.degrees_of_freedom
-        groups = [name for name in data.groups if name != "priors"]
+        groups = ["targets"] * bool(data.targets) + [*data.series]
         self.residuals = {name: best.residuals[data.groups[name]] for name in groups}
         self.baselines = {name: best.baseline(name, one) for name, one in data.curves.items()}
         if speeds is None:
@@ -184,7 +184,7 @@ class Calibration:
             uncertain=tuple(known),
             covariance=tuple(map(tuple, self.covariance[np.ix_(places, places)].tolist())),
             conditions=conditions,
-            limits="; ".join(f"{name} is at its limit: {end} (95 %)" for name, end in limits.items()),
+            limits="; ".join(f"{n} is at its limit: {end} (95 %)" for n, end in limits.items()),
         )
 
     def save(self, path: Path | str) -> Path:

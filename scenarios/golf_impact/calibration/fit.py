@@ -171,7 +171,7 @@ class Fit:
             for name, rows in data.groups.items()
             if name in data.series
         }
-        exact = [self.rms[name] < 1e-6 * np.abs(one.y).max() for name, one in data.series.items()]
+        exact = [self.rms[name] < 1e-6 * one.force.max() for name, one in data.series.items()]
         scalars = self.residuals[data.groups["targets"]]
         self.is_exact = all(exact) and bool(np.all(np.abs(scalars) < 0.01))
 
@@ -276,7 +276,7 @@ class _Problem:
         self.estimated = tuple(name for name, one in data.series.items() if one.sigma is None)
         sigma = [np.array([target.sigma for target in data.targets.values()])]
         for one in data.series.values():
-            guess = np.full(len(one.y), 0.01 * one.y.max())
+            guess = np.full(len(one.y), 0.01 * one.force.max())
             sigma.append(guess if one.sigma is None else one.sigma)
         sigma.append(np.array([prior.sigma for prior in data.priors.values()]))
         self.sigma = np.concatenate(sigma)

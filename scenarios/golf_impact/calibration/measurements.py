@@ -107,7 +107,7 @@ class Series:
 
     @cached_property
     def force(self) -> np.ndarray:
-        """Of a curve, N: y without the baseline."""
+        """y without the baseline."""
         return self.y - np.polyval(self.baseline[::-1], self.x - self.origin)
 
     @cached_property
@@ -396,7 +396,11 @@ def _conditioned(curve: Series, baseline: str) -> Series:
     outside = np.zeros(len(x), bool)
     if len(inside):
         origin, lasting = float(x[inside[0]]), float(np.ptp(x[inside]))
-        outside = abs(x - origin - 0.5 * lasting) > 0.75 * lasting
+        before, after = x < origin - 0.25 * lasting, x > origin + 1.25 * lasting
+        outside = before | after
+        # The force of a strongly damped contact ends late; a line doesn't describe it.
+        if before.sum() >= _OUTSIDE and _scatter(x[after], y[after]) > 2.0 * _scatter(x[before], y[before]):
+            outside = before
     chosen = _baseline(x[outside] - origin, y[outside], baseline)
     curve = replace(curve, y=y, origin=origin, baseline=chosen)
     force, peak = curve.force, int(curve.force.argmax())
@@ -424,6 +428,13 @@ def _conditioned(curve: Series, baseline: str) -> Series:
     kept, sigma = ~clipped, curve.sigma
     sigma = sigma if sigma is None else sigma[kept]
     return replace(curve, x=x[kept], y=y[kept], sigma=sigma, notes=tuple(notes))
+
+
+def _scatter(x: np.ndarray, y: np.ndarray) -> float:
+    """Standard deviation of rows about a line."""
+    if len(x) < 3:
+        return 0.0
+    return float(np.std(y - np.polynomial.Polynomial.fit(x, y, 1)(x)))
 
 
 def _baseline(x: np.ndarray, y: np.ndarray, kind: str) -> tuple[float, ...]:
