@@ -399,7 +399,9 @@ def _conditioned(curve: Series, baseline: str) -> Series:
         before, after = x < origin - 0.25 * lasting, x > origin + 1.25 * lasting
         outside = before | after
         # The force of a strongly damped contact ends late; a line doesn't describe it.
-        if before.sum() >= _OUTSIDE and _scatter(x[after], y[after]) > 2.0 * _scatter(x[before], y[before]):
+        if before.sum() >= _OUTSIDE and _scatter(x[after], y[after]) > 2.0 * _scatter(
+            x[before], y[before]
+        ):
             outside = before
     chosen = _baseline(x[outside] - origin, y[outside], baseline)
     curve = replace(curve, y=y, origin=origin, baseline=chosen)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,10 +13,6 @@ from golf_build import VERSION
 from golf_impact.calibration.measurements import BASELINES, DEFAULT_SIGMA, IMPACT, TARGETS, Measured
 from golf_impact.quantities import QUANTITIES, Quantity, format_unit, format_with_error
 from golf_impact.units import unit_of
-
-if TYPE_CHECKING:
-    from golf_impact.calibration.calibration import Calibration
-    from golf_impact.calibration.fit import Estimate
 
 #: What is worth a sentence: a χ² that law and σ exceed less often than this, a lag-1
 #: autocorrelation of a curve's residuals, times √rows, above this, an AIC lower by this.
@@ -40,7 +36,7 @@ def describe_impact(impact: Mapping[str, float]) -> str:
     return words + (f", head pushed by {impact['club_force']:g} N" if impact["club_force"] else "")
 
 
-def describe_limits(parameters: Mapping[str, Estimate]) -> dict[str, str]:
+def describe_limits(parameters: Mapping[str, Any]) -> dict[str, str]:
     """Of each parameter at its limit, how far from it the truth may be."""
     words = {}
     for name, found in parameters.items():
@@ -51,7 +47,7 @@ def describe_limits(parameters: Mapping[str, Estimate]) -> dict[str, str]:
     return words
 
 
-def sentences(calibration: Calibration) -> list[str]:
+def sentences(calibration: Any) -> list[str]:
     """What the numbers say."""
     fit, data, words = calibration.fit, calibration.data, []
     for name, end in describe_limits(fit.parameters).items():
@@ -100,7 +96,7 @@ def sentences(calibration: Calibration) -> list[str]:
     return [*words, f"Correlations: {', '.join(pairs)}."] if pairs else words
 
 
-def _baseline(calibration: Calibration, name: str) -> str:
+def _baseline(calibration: Any, name: str) -> str:
     """What is subtracted from a curve."""
     curve, found = calibration.data.curves[name], calibration.fit.curves[name]
     kind = BASELINES[len(curve.baseline)]
@@ -110,11 +106,11 @@ def _baseline(calibration: Calibration, name: str) -> str:
     if kind == "constant":
         return f"baseline constant, {offset} is subtracted"
     length = float(np.ptp(curve.x))
-    drift = format_with_error(length * found["drift"].value, length * _error(found["drift"]))
+    drift = format_with_error(*(length * part for part in found["drift"][:2]))
     return f"baseline linear, {offset} and a drift of {drift} N over the record are subtracted"
 
 
-def _spread(calibration: Calibration) -> str:
+def _spread(calibration: Any) -> str:
     """How much stiffnesses of the curves differ, and whether by chance."""
     values = [found.value for found in calibration.stiffnesses.values()]
     spread = 100.0 * (max(values) - min(values)) / calibration.parameters["k"].value
@@ -126,7 +122,7 @@ def _spread(calibration: Calibration) -> str:
     return f"{least}, more than chance in 1 of {often[-1]} ({exact})."
 
 
-def tables(calibration: Calibration) -> list[Table]:
+def tables(calibration: Any) -> list[Table]:
     """Parameters, measurements, predictions, and the comparison of laws; none is empty."""
     fit, data = calibration.fit, calibration.data
     square = f"χ² = {_chi(fit.chi_squared)}, degrees of freedom {fit.degrees_of_freedom}"
@@ -148,10 +144,14 @@ def tables(calibration: Calibration) -> list[Table]:
     return [table for table in found if table.rows]
 
 
-def _parameters(calibration: Calibration) -> list[list[str]]:
+def _parameters(calibration: Any) -> list[list[str]]:
     found, rows = dict(calibration.parameters), []
     for curve, own in calibration.fit.curves.items():
-        found |= {f"{name}{curve.removeprefix('curve')}": value for name, value in own.items()}
+        number = curve.removeprefix("curve")
+        found |= {
+            f"touch_time{number}" if name == "touch" else name + number: one
+            for name, one in own.items()
+        }
     for name, one in found.items():
         text = f"{one.value:.6g} (at its limit)"
         if one.limit is None:
@@ -161,7 +161,7 @@ def _parameters(calibration: Calibration) -> list[list[str]]:
     return rows
 
 
-def _measured(calibration: Calibration) -> list[list[str]]:
+def _measured(calibration: Any) -> list[list[str]]:
     fit, data, rows = calibration.fit, calibration.data, []
 
     def row(label: str, one: Quantity, given: Measured, model: float, residual: float) -> None:
@@ -183,7 +183,7 @@ def _measured(calibration: Calibration) -> list[list[str]]:
     return rows
 
 
-def _predictions(calibration: Calibration) -> list[list[str]]:
+def _predictions(calibration: Any) -> list[list[str]]:
     rows = [[f"{speed:g}"] for speed in calibration.speeds]
     for interval in calibration.predictions.values():
         for row, value, low, high in zip(rows, *interval):
@@ -194,7 +194,7 @@ def _predictions(calibration: Calibration) -> list[list[str]]:
     return rows
 
 
-def _laws(calibration: Calibration) -> list[list[str]]:
+def _laws(calibration: Any) -> list[list[str]]:
     # Nothing is ranked by rounding.
     ranked = [law.aic for law in calibration.fits if not law.is_exact]
     exact, rows = len(ranked) < len(calibration.fits), []
@@ -206,7 +206,7 @@ def _laws(calibration: Calibration) -> list[list[str]]:
     return rows
 
 
-def as_json(calibration: Calibration) -> dict[str, Any]:
+def as_json(calibration: Any) -> dict[str, Any]:
     """All of it, for calibrate.json (SI units); null where something isn't defined."""
     fit, data = calibration.fit, calibration.data
     targets = [
@@ -257,10 +257,6 @@ def _unit(name: str) -> str:
     first = name.split("_")[0]
     of_curve = {"touch": "s", "offset": "N", "drift": "N/s", "k": "N/m"}
     return of_curve.get(first) or format_unit(unit_of(name))
-
-
-def _error(found: Estimate) -> float:
-    return found.standard_error or 0.0
 
 
 def _chi(square: float) -> str:
