@@ -289,8 +289,9 @@ def calibrate(
     if other := [name for name in fixed if name not in LAW_PARAMETERS]:
         raise UserError(f"fix {other[0]} is refused: choose from n, {', '.join(LAW_PARAMETERS)}")
     fixed = {name: number(value, name, "fix") for name, value in fixed.items()}
-    chosen = ContactLaw.of(law, fixed.pop("exponent", exponent), reference_compression)
     priors = {name if name != "n" else "exponent": value for name, value in (prior or {}).items()}
+    exponent = fixed.pop("exponent", "free" if "exponent" in priors else exponent)
+    chosen = ContactLaw.of(law, exponent, reference_compression)
     data = measurements(scalars, csv, curve, cor_speeds, columns, baseline, priors)
     speeds = None if predict is None else [number(one, "predict") for one in predict]
     return Calibration(data, chosen, speeds, progress, fixed, profile)

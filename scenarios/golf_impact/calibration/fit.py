@@ -231,6 +231,13 @@ class Fit:
 def _check_number(law: ContactLaw, data: Measurements, fixed: Mapping[str, float]) -> None:
     """Raise UserError if these measurements can't determine the law's free parameters."""
     line, speeds = bool(data.cor_speeds), sum(name in RESTITUTION for name in data.targets)
+    names = {*LINE} if line else {"b"}
+    names |= {"k", "exponent"} if data.sized else set()
+    for name in (*fixed, *data.priors):
+        if name in LAW_PARAMETERS and name not in names:
+            raise UserError(f"{name} is refused: {', '.join(sorted(names))} are fitted here")
+    if names <= {*fixed} | ({"exponent"} if law.exponent else set()) and not data.curves:
+        raise UserError("nothing is left to be fitted: fix fewer parameters")
     if law.law == 1 and line:
         raise UserError("cor_speeds are refused with law = 1: its damping has no COR line")
     have = len(data.targets) - speeds + (line or speeds > 0)
@@ -349,9 +356,8 @@ class _Problem:
             k = self.fixed.get("k", math.exp(math.log(reduced * omega**2 / m) + power))
             # The damping ratio is b/√(2 (n + 1) k μ).
             b = zeta * math.sqrt(2.0 * (n + 1.0) * k * reduced)
-            guess = dict(zip(("b", "exponent", *LINE), (b, n, 0.8, 0.002))) | {
-                name: prior.value for name, prior in data.priors.items()
-            }
+            guess = {name: prior.value for name, prior in data.priors.items()}
+            guess |= dict(zip(("b", "exponent", *LINE), (b, n, 0.8, 0.002)))
             params = lmfit.Parameters()
             for name in self.names:
                 low, high = RANGES.get(name, (-math.inf, math.inf))

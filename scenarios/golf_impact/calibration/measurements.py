@@ -72,7 +72,8 @@ _COR = "above 0.01 and below 1: 1 loses no energy, more gains energy (0.8 for 80
 _ALLOWED = {
     "cor": (0.01, 1.0, _COR),
     "exponent": (0.999999, 12.000001, "between 1 and 12, or the word free"),
-    "b": (-1e-300, math.inf, "a finite number of 0 or more"),
+    **dict.fromkeys(("b", "restitution_slope"), (-1e-300, math.inf, "0 or more")),
+    "restitution_at_rest": (0.0, 1.000001, "above 0, at most 1"),
     "max_force": (20.0, math.inf, "a finite number above 20, in N (6600 for 6.6 kN)"),
     **dict.fromkeys(("club_speed_after", "club_force", "time", "force"), _FINITE),
     **dict.fromkeys(("contact_time", "time_of_max_force"), _SECONDS),
