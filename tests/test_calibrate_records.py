@@ -50,7 +50,11 @@ def test_laws_and_records(case):
 
 FLAWS = {
     "offset": ({"baseline": (300.0, 0.0)}, lambda t, f: (t, f), "baseline constant, an offset of"),
-    "drift": ({"baseline": (0.0, 600.0)}, lambda t, f: (t, f), "a drift of (59|60)\\S* ± .* N over"),
+    "drift": (
+        {"baseline": (0.0, 600.0)},
+        lambda t, f: (t, f),
+        "a drift of (59|60)\\S* ± .* N over",
+    ),
     "sign": ({"baseline": (-3e4, 0.0)}, lambda t, f: (t, -f), "its sign was changed"),
     "quantized": ({"noise": 60.0}, lambda t, f: (t, 200.0 * np.round(f / 200.0)), "zero"),
     "clipped": ({"baseline": (0.0, 400.0)}, lambda t, f: (t, np.minimum(f, 7000.0)), "left out"),
@@ -68,13 +72,16 @@ def test_flaws_of_a_record(name):
     assert_found(found.fit)
 
 
-@pytest.mark.parametrize("how", [{}, {"baseline": (50.0, 200.0)}, {"noise": 150.0}])
+@pytest.mark.parametrize(
+    ("how", "step"), [({}, 0.1), ({"baseline": (50.0, 200.0)}, 0.1), ({}, 200.0)]
+)
 @pytest.mark.parametrize("records", some(1, [6, 40]))
-def test_95_percent_of_intervals_contain_the_truth(how, records):
-    """Of 18 or 120 intervals; measured: 97.5 to 100 %."""
+def test_95_percent_of_intervals_contain_the_truth(how, step, records):
+    """Of 18 or 120 intervals; measured: 95 to 100 %, also of records in coarse steps."""
     held = []
     for seed in range(records):
-        found = fitted(curve=record(551, lead=0.5, trail=0.5, seed=seed, **how))
+        time, force = record(551, lead=0.5, trail=0.5, seed=seed, **how)
+        found = fitted(curve=(time, step * np.round(force / step)))
         ends = {name: one.interval for name, one in found.parameters.items()}
         held += [low <= BALL[name] <= high for name, (low, high) in ends.items()]
     assert np.mean(held) > 0.9

@@ -38,6 +38,9 @@ _ZETAS, _EXPONENTS = (1e-3, 0.02, 0.1, 0.3, 0.8, 3.0, 30.0), (1.05, 1.5, 2.2, 4.
 #: of their standard error; the rise of χ² at the end of a one-sided 95 % interval.
 _FAR, _ROUNDING, _ONE_SIDED = 1e9, 1e-3, 1.645**2
 
+#: A lag-1 autocorrelation of residuals, times √rows, above which it isn't chance.
+_CORRELATED = 4.0
+
 #: Rows of a curve with which a search begins; by how many touch is moved.
 _FEW, _ROWS = 600, tuple(2.0**n for n in range(3, -5, -1))
 
@@ -103,6 +106,8 @@ class Fit:
         residuals: (model − measured)/σ of all measured values, (n,).
         sigma: standard deviations of the measured values, (n,).
         estimated: the groups of measurements whose σ follows from the residuals.
+        row_correlations: lag-1 autocorrelations of residuals in contact, where they aren't chance;
+            standard errors are enlarged for them as those of an AR(1) process, if σ is estimated.
         degrees_of_freedom: measured values less fitted parameters, the instant of touch among them.
         probability: of a larger χ² if law and σ are right; None if χ² has no meaning.
         deviance: −2 ln(likelihood), but for a constant.
@@ -133,6 +138,8 @@ class Fit:
                 if len(data.series) == 1 and not data.targets and not data.priors:
                     break  # the minimum doesn't depend on the only σ
                 result = problem.solve(result.params)
+            self.row_correlations = problem.row_correlations(result)
+            problem.sigma = problem.enlarged_sigma(self.row_correlations)
             params, ends = problem.held(result.params)
             self.minimizer = problem.minimizer(params, near=0.75)
             self.result = result = self.minimizer.least_squares()
@@ -140,6 +147,7 @@ class Fit:
         if result.covar is None or not np.all(result.covar.diagonal() > 0.0):
             raise UserError(f"{law.title}: these measurements don't determine {', '.join(free)}")
         params = problem.rounded(result)
+        problem.sigma = self.sigma
         self.residuals = problem.residuals(params)
         self.chi_squared = square = float(self.residuals @ self.residuals)
         self.degrees_of_freedom = freedom = len(self.residuals) - len(free)
@@ -444,11 +452,36 @@ class _Problem:
         scale[scale == 0.0] = 1.0
         leverage = np.sum(np.linalg.qr(result.jac / scale)[0] ** 2, axis=1)
         for name in self.estimated:
-            rows = self.data.groups[name]
-            freedom = max(rows.stop - rows.start - float(leverage[rows].sum()), 1.0)
+            rows, one = self.data.groups[name], self.data.series[name]
+            residuals, used = result.residual[rows], leverage[rows]
+            if one.step > math.sqrt(np.mean(residuals**2)) * self.sigma[rows.start]:
+                # Outside contact all values may round to one: no noise is left.
+                residuals, used = residuals[one.contact], used[one.contact]
+            freedom = max(len(residuals) - float(used.sum()), 1.0)
             # Data computed without noise leave residuals of rounding only.
             least = 1e-9 * float(np.abs(self.data.values[rows]).max()) / self.sigma[rows.start]
-            self.sigma[rows] *= max(math.sqrt(np.sum(result.residual[rows] ** 2) / freedom), least)
+            self.sigma[rows] *= max(math.sqrt(np.sum(residuals**2) / freedom), least)
+
+    def row_correlations(self, result: Any) -> dict[str, float]:
+        """Lag-1 autocorrelations of residuals in contact, of the curves where it isn't chance.
+
+        That of independent residuals is normal, 1/√rows.
+        """
+        found = {}
+        for name, curve in self.data.curves.items():
+            inside = result.residual[self.data.groups[name]][curve.contact]
+            correlation = float(inside[1:] @ inside[:-1]) / max(float(inside @ inside), 1e-300)
+            if correlation * math.sqrt(len(inside)) > _CORRELATED:
+                found[name] = correlation
+        return found
+
+    def enlarged_sigma(self, correlations: Mapping[str, float]) -> np.ndarray:
+        """σ whose independent rows determine as much as correlated ones (AR(1)) do with theirs."""
+        sigma = self.sigma.copy()
+        for name in {*correlations}.intersection(self.estimated):
+            r = correlations[name]
+            sigma[self.data.groups[name]] *= math.sqrt((1.0 + r) / (1.0 - r))
+        return sigma
 
     def held(self, params: lmfit.Parameters) -> tuple[lmfit.Parameters, dict[str, Any]]:
         """Parameters with those fixed that are at a limit, and the one-sided intervals of these."""

@@ -98,12 +98,13 @@ class Series:
     x: np.ndarray
     y: np.ndarray
     sigma: np.ndarray | None = None  #: of y; None if it follows from the residuals
-    #: Of a curve: as `IMPACT`; what was changed or is missing, in sentences; the instant of the
-    #: first row in contact, s; offset there (N) and drift (N/s) of the sensor, as far as it has
-    #: them, found from the rows before and after contact.
-    impact: Mapping[str, float] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
-    origin: float = 0.0
+    # Of a curve:
+    step: float = 0.0  #: the resolution of y, N
+    impact: Mapping[str, float] = field(default_factory=dict)  #: as `IMPACT`
+    notes: tuple[str, ...] = ()  #: what was changed or is missing, in sentences
+    origin: float = 0.0  #: the instant of the first row in contact, s
+    #: Offset at `origin` (N) and drift (N/s) of the sensor, as far as it has them, by the rows
+    #: before and after contact.
     baseline: tuple[float, ...] = ()
 
     @cached_property
@@ -421,7 +422,8 @@ def _conditioned(curve: Series, baseline: str) -> Series:
         why = "is the first: the record was triggered too late"
     if why:
         raise UserError(f"{curve.where(peak)}: the largest force, {force[peak]:.4g}, {why}")
-    clipped = _clipped(y, len(inside))
+    step = _step(y)
+    clipped = _clipped(y, len(inside), step)
     if clipped.any():
         notes.append(f"{clipped.sum()} rows at the largest force are left out: clipped")
     for at, what in ((slice(3), "begins"), (slice(-3, None), "ends")):
@@ -430,7 +432,7 @@ def _conditioned(curve: Series, baseline: str) -> Series:
             notes.append(f"the record {what} in contact, at {share:.0f} % of the largest force")
     kept, sigma = ~clipped, curve.sigma
     sigma = sigma if sigma is None else sigma[kept]
-    return replace(curve, x=x[kept], y=y[kept], sigma=sigma, notes=tuple(notes))
+    return replace(curve, x=x[kept], y=y[kept], sigma=sigma, notes=tuple(notes), step=step)
 
 
 def _scatter(x: np.ndarray, y: np.ndarray) -> float:
@@ -462,19 +464,22 @@ def _baseline(x: np.ndarray, y: np.ndarray, kind: str) -> tuple[float, ...]:
     return best
 
 
-def _clipped(y: np.ndarray, inside: int) -> np.ndarray:
+def _clipped(y: np.ndarray, inside: int, step: float) -> np.ndarray:
     """Rows at the sensor's limit: those at the largest value, if they are many.
 
     Of a peak that is resolved in steps less than 0.71 times as many rows are at the largest value
     as within a step of it: it is a parabola, as high above its last step as a step or less.
     """
     top = y == y.max()
-    levels = np.unique(y)
-    steps = np.diff(levels)
-    step = float(steps[steps > 1e-9 * abs(y).max()].min(initial=math.inf))
     near = np.count_nonzero(y > y.max() - 1.5 * step)
     many = max(4, 0.1 * inside) <= np.count_nonzero(top)
     return top if many and np.count_nonzero(top) > 0.8 * near else np.zeros(len(y), bool)
+
+
+def _step(y: np.ndarray) -> float:
+    """The smallest difference of two values: the resolution of a record; 0 if all are equal."""
+    steps = np.diff(np.unique(y))
+    return float(min(steps[steps > 1e-9 * abs(y).max()], default=0.0))
 
 
 def _check_impulse(curve: Series) -> None:

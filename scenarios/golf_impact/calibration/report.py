@@ -14,9 +14,8 @@ from golf_impact.calibration.measurements import BASELINES, DEFAULT_SIGMA, IMPAC
 from golf_impact.quantities import QUANTITIES, Quantity, format_unit, format_with_error
 from golf_impact.units import unit_of
 
-#: What is worth a sentence: a χ² that law and σ exceed less often than this, a lag-1
-#: autocorrelation of a curve's residuals, times √rows, above this, an AIC lower by this.
-_UNLIKELY, _CORRELATED, _BETTER = 0.01, 4.0, 2.0
+#: What is worth a sentence: a χ² that law and σ exceed less often, an AIC lower by this.
+_UNLIKELY, _BETTER = 0.01, 2.0
 
 #: A χ² below this is rounding, and what a calibration of as many targets as parameters leaves.
 _EXACT = 1e-4
@@ -57,6 +56,9 @@ def sentences(calibration: Any) -> list[str]:
         words.append(f"σ is taken as {DEFAULT_SIGMA * 100:g} % of {', '.join(default)}.")
     for name, curve in data.curves.items():
         words += [f"{curve.name}: {note}." for note in (*curve.notes, _baseline(calibration, name))]
+    for curve in data.curves.values():
+        if curve.step > 0.01 * curve.force.max():
+            words.append(f"{curve.name} is resolved in steps of {curve.step:.3g} N.")
     for name in fit.estimated:
         sigma = fit.sigma[data.groups[name]][0]
         what = f"σ of {data.series[name].name}, {sigma:.3g}, follows from its residuals"
@@ -74,13 +76,13 @@ def sentences(calibration: Any) -> list[str]:
         if fit.chi_squared > _EXACT:
             met = f"can't meet them together ({square}) and comes as near as it can"
         words.append(f"No more targets than parameters: {fit.title} {met}.")
-    for name, curve in data.curves.items():
-        # Lag-1 autocorrelation in contact; of independent residuals it is normal, 1/√rows.
-        inside = calibration.residuals[name][curve.contact]
-        correlation = float(inside[1:] @ inside[:-1]) / max(float(inside @ inside), 1e-300)
-        if correlation * math.sqrt(len(inside)) > _CORRELATED:
-            why = "the law misses its shape, or the noise is correlated; errors are too small"
-            words.append(f"Residuals of the {name} are correlated ({correlation:.2f}): {why}.")
+    for name, correlation in fit.row_correlations.items():
+        size = math.sqrt((1.0 + correlation) / (1.0 - correlation))
+        errors = f"enlarged by {size:.2g}" if name in fit.estimated else "too small"
+        words.append(
+            f"Residuals of the {name} are correlated ({correlation:.2f}): the law misses its "
+            f"shape, or the noise is correlated; standard errors are {errors}."
+        )
     if calibration.apart:
         words.append(_spread(calibration))
     better = min((fit, *calibration.fits), key=lambda other: other.aic)
