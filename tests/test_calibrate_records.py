@@ -53,7 +53,7 @@ FLAWS = {
     "drift": (
         {"baseline": (0.0, 600.0)},
         lambda t, f: (t, f),
-        "a drift of (59|60)\\S* ± .* N over",
+        "drift of (59|60)\\S* ± .* N over",
     ),
     "sign": ({"baseline": (-3e4, 0.0)}, lambda t, f: (t, -f), "its sign was changed"),
     "quantized": ({"noise": 60.0}, lambda t, f: (t, 200.0 * np.round(f / 200.0)), "zero"),

@@ -94,12 +94,13 @@ class Fit:
     while the others are fitted.
 
     Attributes:
-        result: lmfit's `MinimizerResult`, not rounded: `params`, `covar`, `fit_report()` by
-            `lmfit.fit_report(result)`. Its residuals are (model − measured)/σ.
+        result: lmfit's `MinimizerResult`, not rounded: `params`, `covar`, `residual`, …; touch is
+            in µs since a curve's origin, drift in N/ms.
         values: the FMU's inputs and parameters of this impact, SI units.
         parameters: those of them that were fitted, as `Estimate`.
         covariance: of the parameters, (p, p); 0 for one at its limit.
-        touches: instants by the curves' clocks, s; baselines: offset (N) and drift (N/s).
+        curves: of each curve `touch`, the instant by its clock (s), and, as far as its sensor has
+            them, `offset` (N) and `drift` (N/s).
         rms: residuals of each series, root mean square in its unit.
         is_exact: whether residuals are rounding, of which a comparison of laws would be one.
         predicted: scalar targets as the physics gives them.
