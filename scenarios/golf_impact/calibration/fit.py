@@ -331,7 +331,7 @@ class _Problem:
             # Of χ²; with many rows it is about their number, and 1e-3 a thirtieth of a σ.
             rows = len(self.sigma)
             tolerance = 1e-10 if rows <= _FEW else max(1e-10, 1e-3 / rows)
-        return _Minimizer(
+        found = _Minimizer(
             self.residuals,
             params,
             scale_covar=False,
@@ -342,6 +342,9 @@ class _Problem:
             ftol=tolerance,
             gtol=tolerance,
         )
+        # SciPy's limit; lmfit's own would end without a covariance.
+        found.kws["max_nfev"] = 100
+        return found
 
     def solve(self, params: lmfit.Parameters, tolerance: float | None = None) -> Any:
         """lmfit's result from one start."""
