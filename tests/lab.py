@@ -13,14 +13,17 @@ AT = {"club_speed": 40.0, "m_club": 0.2}
 FREE, LINEAR = ContactLaw(2, None), ContactLaw(2, 1.0)
 
 
-def record(rows=551, noise=40.0, lead=0.15, trail=0.25, seed=1, shift=0.0123, **values):
-    """Instants by a shifted clock, s, and force with noise, N."""
+def record(
+    rows=551, noise=40.0, lead=0.15, trail=0.25, seed=1, shift=0.0123, baseline=(0.0, 0.0), **values
+):
+    """Instants by a shifted clock, s, and force with noise and a sensor's offset and drift, N."""
     values = {**BALL, **AT, **values}
     contact = golf_impact.run_impact(("contact_time",), **values)["contact_time"]
     instants, force = np.linspace(-lead * contact, (1.0 + trail) * contact, rows), np.zeros(rows)
     inside = instants > 0.0
     path = golf_impact.run_trajectory(outputs=("force",), times=instants[inside], **values)
     force[inside] = path["force"]
+    force += np.linspace(baseline[0], sum(baseline), rows)
     return instants + shift, force + np.random.default_rng(seed).normal(0.0, noise, rows)
 
 

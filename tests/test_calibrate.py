@@ -1,4 +1,4 @@
-"""From measurements to parameters: scalars, force curves, COR over speed, and the command."""
+"""From measurements to parameters: scalars, limits, priors, and the command."""
 
 import json
 import math
@@ -6,39 +6,36 @@ import random
 import shlex
 import sys
 
+import lmfit
+import numpy as np
 import pytest
 from command import golf, golf_here, refused
 from compare import assert_close
 from conftest import numbers
-from lab import FREE, LINEAR
+from lab import AT, BALL, FREE, LINEAR, record
 
+import golf_impact
 from golf_build.extras import install_command
 from golf_impact.ball import BALLS
-from golf_impact.calibration.calibration import Calibration
 from golf_impact.calibration.fit import ContactLaw, Fit
-from golf_impact.calibration.measurements import IMPACT, TARGETS, Measurements, Target, measurements
-from golf_impact.closed_forms import solution
-from golf_impact.errors import UserError
+from golf_impact.calibration.intervals import result_intervals
+from golf_impact.calibration.measurements import (
+    IMPACT,
+    TARGETS,
+    Measured,
+    Measurements,
+    reduced_mass,
+)
+from golf_impact.calibration.measurements import measurements as targets
 from golf_impact.measured import MPH
 
 ROH_LEE = {"ball_speed": 50.0, "club_speed_after": 24.0, "contact_time": 6e-4, "max_force": 6600.0}
 
 
-def targets(impact=IMPACT, **values):
-    return measurements({**impact, **values})
-
-
-def of_impact(fmu, names, **values):
-    """Targets that the FMU itself gives, with σ of 1 %."""
-    outputs = [TARGETS[name] for name in names]
-    predicted = fmu.impact(outputs, **values)
-    return targets(**{name: predicted[output] for name, output in zip(names, outputs, strict=True)})
-
-
 @pytest.mark.parametrize("restitution", [0.999, 0.743, 0.2, 0.13, 0.05])
 def test_inverse_of_kelvin_voigt(restitution):
-    fitted = Fit(targets(cor=restitution, contact_time=6e-4), LINEAR)
-    met = solution({**IMPACT, "ball_speed": 0.0, "restitution_at_rest": 0.0, **fitted.values})
+    fitted = Fit(targets({"cor": restitution, "contact_time": 6e-4}), LINEAR)
+    met = golf_impact.run_impact(**fitted.values)
     # Parameters are rounded to a thousandth of their standard errors, which follow from σ of 1 %.
     assert met["coefficient_of_restitution"] == pytest.approx(restitution, rel=3e-5)
     assert met["contact_time"] == pytest.approx(6e-4, rel=3e-5)
@@ -50,7 +47,7 @@ def random_case(fmu, seed):
     draw = random.Random(seed)
     ranges = {"club_speed": (5, 70), "m_club": (0.1, 0.4), "m_ball": (0.03, 0.06)}
     impact = {name: draw.uniform(*ends) for name, ends in ranges.items()}
-    speed, mu = impact["club_speed"], Measurements({}, impact=impact).reduced_mass
+    speed, mu = impact["club_speed"], reduced_mass(impact)
     law = draw.choice((1, 2, 2, 2))
     free = law == 2 and draw.random() < 0.5
     n = 1.0 if law == 1 or (not free and draw.random() < 0.5) else draw.uniform(1.05, 3.5)
@@ -69,15 +66,14 @@ def random_case(fmu, seed):
     predicted = fmu.impact(list(outputs.values()), **true, **impact)
     if any(map(math.isnan, predicted.values())):
         pytest.skip("these bodies never separate")
-    measured = {name: predicted[output] for name, output in outputs.items()}
-    return impact, chosen, true, measured, draw
+    return impact, chosen, true, {n: predicted[output] for n, output in outputs.items()}, draw
 
 
 @pytest.mark.parametrize("seed", numbers(2, 10, 40))
 def test_round_trip(fmu, seed):
     """The measurements are met; with a given exponent by the true parameters."""
     impact, law, true, measured, _ = random_case(fmu, seed)
-    fitted = Fit(targets(impact, **measured), law)
+    fitted = Fit(targets({**impact, **measured}), law)
     assert fitted.chi_squared < 1e-4
     # COR determines the damping, a time or a force k; times and forces may leave two exponents.
     if law.exponent is not None:
@@ -92,8 +88,8 @@ def test_noisy_targets(fmu, seed):
     noisy = {}
     for name, value in measured.items():
         sigma = 10.0 ** draw.uniform(-5.0, -1.3) * abs(value)
-        noisy[name] = Target(value + sigma * draw.gauss(0.0, 1.0), sigma)
-    fitted = Fit(Measurements(noisy, impact=impact), law)
+        noisy[name] = Measured(value + sigma * draw.gauss(0.0, 1.0), sigma)
+    fitted = Fit(Measurements(noisy, impact={**IMPACT, **impact}), law)
     truth = sum(((measured[name] - t.value) / t.sigma) ** 2 for name, t in noisy.items())
     # Rounding the parameters changes χ² by 1e-6 of their number.
     assert fitted.chi_squared <= truth * (1.0 + 1e-9) + 1e-4
@@ -101,11 +97,12 @@ def test_noisy_targets(fmu, seed):
 
 def test_standard_error_of_an_exact_inverse():
     """b = 2 μ L/T, so its relative variance is the sum of those of L = -ln COR and T."""
-    fitted = Fit(targets(cor=0.743, contact_time=6e-4), LINEAR)
-    expected = fitted.values["b"] * math.hypot(0.01 / -math.log(0.743), 0.01)
-    assert fitted.parameters["b"].standard_error == pytest.approx(expected, rel=1e-5)
-    assert fitted.degrees_of_freedom == 0
-    assert fitted.probability is None
+    found = golf_impact.calibrate(cor=0.743, contact_time=6e-4)
+    expected = found.fit.values["b"] * math.hypot(0.01 / -math.log(0.743), 0.01)
+    assert found.parameters["b"].standard_error == pytest.approx(expected, rel=1e-5)
+    assert (found.degrees_of_freedom, found.fit.probability) == (0, None)
+    assert "χ² = 0.000" in repr(found)
+    assert {row[-1] for row in found.tables()[1].rows} == {"0.00"}
 
 
 @pytest.mark.ci
@@ -114,30 +111,90 @@ def test_standard_error_of_an_exact_inverse():
 )
 def test_presets_are_what_calibrate_finds(name, law):
     tour = {"club_speed": 113 * MPH, "ball_speed": 167 * MPH, "contact_time": 475e-6}
-    fitted = Fit(measurements(tour if name == "tour" else ROH_LEE), law)
+    fitted = Fit(targets(tour if name == "tour" else ROH_LEE), law)
     for variable, value in BALLS[name].values.items():
         digits = 4 if variable == "exponent" else 3
         assert float(f"{fitted.values[variable]:.{digits}g}") == value
 
 
-def test_no_damping_is_within_reach(fmu):
-    elastic = of_impact(fmu, ("contact_time", "max_force"), law=2, b=0.0, k=7e5)
-    fitted = Fit(elastic, LINEAR)
-    assert fitted.values["b"] == pytest.approx(0.0, abs=1e-6)
-    assert fitted.values["k"] == pytest.approx(7e5, rel=3e-5)
-    # A ball a little faster than an elastic one, but within its σ: b is held at 0.
-    faster = targets(contact_time=6e-4, ball_speed=57.6)
-    fitted = Fit(faster, LINEAR)
-    assert fitted.values["b"] == pytest.approx(0.0, abs=1e-6)
-    assert fitted.residuals[0] == pytest.approx(-0.27, abs=0.02)
-    assert fitted.parameters["b"].standard_error is None
-    assert "b = 0 is at its limit" in Calibration(faster, LINEAR).words[0]
+def test_a_parameter_at_its_limit(tmp_path):
+    """A ball a little faster than an elastic one, but within its σ."""
+    found = golf_impact.calibrate(contact_time=6e-4, ball_speed="57.6±0.5")
+    b = found.parameters["b"]
+    assert (b.value, b.standard_error, b.limit) == (0.0, None, 0.0)
+    assert found.as_json()["parameters"]["b"]["limit"] == 0.0
+    assert "b is at its limit 0: check club speed and mass" in found.words[0]
+    # At the end of its interval χ² of the best other parameters is larger by 1.645².
+    low, high = b.interval
+    assert low == 0.0
+    end = golf_impact.calibrate(contact_time=6e-4, ball_speed="57.6±0.5", fix={"b": high})
+    assert end.chi_squared - found.chi_squared == pytest.approx(1.645**2, rel=0.05)
+    cor = found.predict(35.0)["coefficient_of_restitution"]
+    assert cor.low < 1.0 - 1e-3 < cor.value == cor.high == 1.0
+    ball = golf_impact.read_ball(found.save(tmp_path / "mine.toml"))
+    assert ball.uncertain == ("k",)
+    assert "b is at its limit" in ball.limits
+    with pytest.raises(golf_impact.UserError, match=r"must end in .toml"):
+        found.save(tmp_path / "mine.txt")
 
 
-def test_of_two_answers_the_less_damped_one(fmu):
+def test_of_two_answers_the_less_damped_one():
     """Time and force of a linear ball fit a little damping, or very much."""
-    wanted = of_impact(fmu, ("contact_time", "max_force"), law=2, k=9e5, b=40.0)
-    assert Fit(wanted, LINEAR).values["b"] == pytest.approx(40.0, rel=1e-4)
+    wanted = golf_impact.run_impact(("contact_time", "max_force"), law=2, k=9e5, b=40.0)
+    assert Fit(targets(wanted), LINEAR).values["b"] == pytest.approx(40.0, rel=1e-4)
+
+
+def test_a_prior_counts_as_a_measurement():
+    """Of the club: its σ is one of the parameters'; of b: as if b were measured."""
+    given = {"cor": 0.743, "contact_time": 6e-4}
+    alone = golf_impact.calibrate(**given).parameters["b"].standard_error
+    found = golf_impact.calibrate(**given, prior={"m_club": (0.21, 0.02)})
+    low, high = (golf_impact.calibrate(**given, m_club=m).fit.values["b"] for m in (0.209, 0.211))
+    # The scalars don't determine the mass.
+    assert found.parameters["m_club"].standard_error == pytest.approx(0.02, rel=1e-4)
+    expected = math.hypot(alone, 0.02 * (high - low) / 0.002)
+    assert found.parameters["b"].standard_error == pytest.approx(expected, rel=1e-2)
+    known = golf_impact.calibrate(contact_time=6e-4, prior={"b": "37±2"})
+    b = known.parameters["b"]
+    assert (b.value, b.standard_error) == pytest.approx((37.0, 2.0), rel=1e-5)
+
+
+def test_what_is_fixed_and_profiles():
+    found = golf_impact.calibrate(curve=record(200), exponent="free", profile=True, **AT)
+    assert isinstance(found.result, lmfit.minimizer.MinimizerResult)
+    assert "C(k, exponent)" in found.fit_report()
+    (row,) = (words for words in found.words if words.startswith("Correlations: "))
+    assert f"C(k, n) = −{-found.fit.correlations[0, 2]:.2f}" in row
+    # Touch lies between two rows, where χ² has cusps: the intervals are narrower than linear ones.
+    for one in found.parameters.values():
+        low, high = one.interval
+        assert 0.5 < (high - low) / (2.0 * found.fit.coverage * one.standard_error) < 1.05
+    scalars = golf_impact.calibrate(cor=0.743, contact_time=6e-4, profile=True).parameters["k"]
+    half = np.abs(np.subtract(scalars.interval, scalars.value))
+    assert half == pytest.approx(1.96 * scalars.standard_error, rel=0.05)
+    fixed = golf_impact.calibrate(curve=record(200), fix={"n": 1.6, "b": 37}, **AT)
+    assert [*fixed.parameters] == ["k"]
+    assert (fixed.fit.values["exponent"], fixed.fit.values["b"]) == (1.6, 37.0)
+    assert fixed.parameters["k"].standard_error < 0.5 * found.parameters["k"].standard_error
+
+
+def test_errors_of_results_follow_from_a_ball():
+    """By linear propagation: of a mean of repeated fits the spread."""
+    found = golf_impact.calibrate(curve=record(200), exponent="free", **AT)
+    values, outputs = {**found.fit.values}, ("coefficient_of_restitution", "max_force")
+    errors = result_intervals(found.ball, values, outputs)
+    draws = np.random.default_rng(1).multivariate_normal(
+        [found.ball.values[name] for name in found.ball.uncertain], found.ball.covariance, 4000
+    )
+    spread = golf_impact.run_impacts(outputs, **values | dict(zip(found.ball.uncertain, draws.T)))
+    for name in outputs:
+        assert errors[name] == pytest.approx(spread[name].std(), rel=0.05)
+    assert (
+        result_intervals(
+            found.ball, {**values, **dict.fromkeys("kb", 1e3), "exponent": 1.0}, outputs
+        )
+        == {}
+    )
 
 
 @pytest.mark.parametrize(
@@ -146,8 +203,10 @@ def test_of_two_answers_the_less_damped_one(fmu):
         ("--cor 1", "cor = 1 is refused"),
         ("--cor 0.7 --contact-time 600", "600e-6 for 600 µs"),
         ("--cor 0.7 --max-force 6.6", "6600 for 6.6 kN"),
-        ("--cor 0.7 --contact-time 6e-4 --sigma-cor 0", "sigma_cor = 0"),
-        ("--cor 0.7 --sigma-max-force 1", "without max_force"),
+        ("--cor 0.7±0 --contact-time 6e-4", "sigma_cor = 0"),
+        ("--cor 0.7 --measured cor=0.7", "cor is given twice"),
+        ("--measured spin=3", "no target 'spin'"),
+        ("--measured cor", "write NAME=VALUE"),
         ("--cor 0.7", "too few targets"),
         ("--ball-speed 50 --club-speed-after 24 --cor 0.74", "count once"),
         ("--cor 0.7 --contact-time 6e-4 --exponent free", "3 are needed"),
@@ -155,10 +214,12 @@ def test_of_two_answers_the_less_damped_one(fmu):
         ("--cor 0.7 --contact-time 6e-4 --m-club 210", "0.21 for 210 g"),
         ("--law 1 --exponent 1.5", "exponent = 1.5 is refused: law = 1"),
         ("--law 1 --exponent free", "exponent = free is refused: law = 1"),
-        ("--exponent stiff", "'stiff'"),
         ("--reference-compression 0", "reference_compression = 0"),
         ("--law 3", "1 (absolute)"),
         ("--csv none.csv", "none.csv"),
+        ("--fix m_club=1", "fix m_club is refused"),
+        ("--prior k=8e5", "without its σ"),
+        ("--baseline sloped", "zero, constant, linear"),
     ],
 )
 def test_options_that_are_refused(tmp_path, options, words):
@@ -166,46 +227,11 @@ def test_options_that_are_refused(tmp_path, options, words):
     assert not (tmp_path / "out").exists()
 
 
-def test_targets_from_a_file(tmp_path):
-    file = tmp_path / "shot.csv"
-    file.write_text(
-        "target,value,sigma\nball-speed,50,0.5\ncor,0.74,\n\nclub_speed,36,\nm_club,0.2,\n"
-    )
-    data = measurements({"cor": 0.75, "sigma_cor": 0.02, "m_club": 0.21}, file)
-    assert data.impact == {**IMPACT, "club_speed": 36.0, "m_club": 0.21}
-    assert data.targets == {"ball_speed": Target(50.0, 0.5), "cor": Target(0.75, 0.02)}
-    file.write_text("target,value\ncor,74 %\n")
-    assert measurements({}, file).targets == {"cor": Target(0.74, 0.0074, False)}
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("", "first line"),
-        ("name,value\ncor,0.7\n", "first line"),
-        ("target,value,sigma\nspin,3000,1\n", "row 1 (line 2): there is no target 'spin'"),
-        ("target,value,sigma\ncor,high,\n", "row 1 (line 2): cor = 'high'"),
-        ("target,value,sigma\ncor,,\n", "row 1 (line 2): cor = ''"),
-        ("target,value,sigma\ncor,0.7,\ncor,0.8,\n", "row 2 (line 3): cor is given twice"),
-        ("target,value,sigma\ncor,0.7,0.1,4\n", "more cells"),
-        ("target,value,sigma\nm_ball,0.046,0.1\n", "no target 'sigma_m_ball'"),
-        ("target,value,value\ncor,0.7,0.8\n", "first line"),
-        (f"target,value\ncor,{'0' * 131_073}\n", "field larger than field limit"),
-    ],
-)
-def test_files_that_are_refused(tmp_path, text, words):
-    file = tmp_path / "shot.csv"
-    file.write_text(text)
-    with pytest.raises(UserError) as refusal:
-        measurements({}, file)
-    assert words in str(refusal.value)
-
-
 def test_the_command(tmp_path):
     """Its line, copied from a narrow terminal, gives the same result to the last digit."""
     done = golf(
-        *("calibrate", "--ball-speed", 50, "--club-speed-after", 24, "--sigma-ball-speed", 0.4),
-        *("--contact-time", 600e-6, "--max-force", 6600, "--exponent", "free", "--out", tmp_path),
+        *("calibrate", "--measured", "ball_velocity=50±0.4", "--club-speed-after", 24),
+        *("--contact-time", "600us", "--max-force", 6600, "--exponent", "free", "--out", tmp_path),
         env={"COLUMNS": "60"},
         code=0,
     )
@@ -214,26 +240,40 @@ def test_the_command(tmp_path):
     line = done.stdout.splitlines()[-1]
     assert line == written["command"]
     assert set(written["parameters"]) == {"k", "b", "exponent"}
+    assert np.diag(written["correlations"]) == pytest.approx(1.0)
     assert [row["name"] for row in written["targets"]] == list(ROH_LEE)
     assert [row["sigma_given"] for row in written["targets"]] == [True, False, False, False]
-    assert written["degrees_of_freedom"] == 1
-    assert len(written["comparison"]) == 4
-    command, *arguments = shlex.split(line)
-    assert command == "golf-impact"
-    golf(*arguments, "--out", tmp_path, "--no-figures", code=0)
-    (file,) = tmp_path.glob("*_results.json")
-    case = json.loads(file.read_text())["custom"]["custom"]
-    for name, output in TARGETS.items():
-        assert case[output] == written["predicted"][name]
+    assert (written["degrees_of_freedom"], len(written["comparison"])) == (1, 4)
+    options = (pair.split("=") for pair in shlex.split(line) if "=" in pair)
+    found = golf_impact.run_impact(**{name: float(value) for name, value in options})
+    predicted = written["predicted"]
+    for name in ROH_LEE:
+        assert found[TARGETS[name]] == predicted[name]
 
 
-def test_without_scipy(tmp_path):
-    """Calibrate names what to install; run doesn't need it."""
+def test_without_lmfit(tmp_path):
+    """Calibrate names what to install."""
     start = (
-        "import sys; sys.modules['scipy'] = None\nfrom golf_impact.commands.app import main; main()"
+        "import sys; sys.modules['lmfit'] = None\nfrom golf_impact.commands.app import main; main()"
     )
-    program = (sys.executable, "-c", start)
     calibrate = ("calibrate", "--cor", "0.7", "--contact-time", "6e-4")
-    refused(golf(*calibrate, program=program), "needs SciPy", install_command("calibrate"))
-    run = ("run", "validation", "--ball", "tour", "--no-figures", "--out", tmp_path)
-    golf(*run, program=program, code=0)
+    done = golf(*calibrate, program=(sys.executable, "-c", start))
+    refused(done, "needs lmfit", install_command("calibrate"))
+
+
+def test_progress():
+    """Each of four laws has a quarter, and each step of its search a fifth of what is left."""
+    seen = []
+    golf_impact.calibrate(
+        cor=0.8, contact_time=5e-4, max_force=8e3, progress=lambda percent, _: seen.append(percent)
+    )
+    assert seen[:2] == pytest.approx([5.0, 9.0], rel=1e-12)
+    assert seen == sorted(seen)
+    assert 75.0 < seen[-1] < 100.0
+
+
+def test_the_curve_of_the_ball_is_that_of_the_fmu():
+    """What records are made of, by another path than the fit's."""
+    assert golf_impact.run_impact(["max_force"], **BALL, **AT)["max_force"] == pytest.approx(
+        record(4000, noise=0.0)[1].max(), rel=1e-5
+    )

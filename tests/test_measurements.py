@@ -1,38 +1,98 @@
-"""Measured numbers and force curves: ranges, and what a record's rows mean."""
+"""Tables of labs and oscilloscopes, measured numbers, and what a record's rows mean."""
 
 import math
+import os
+import threading
 
 import numpy as np
 import pytest
+from lab import AT, record
 
-import golf_impact
-from golf_impact.calibration.fit import ContactLaw, Fit
-from golf_impact.calibration.measurements import measurements, number
+from golf_impact.calibration.measurements import Measured, measured, measurements, number
+from golf_impact.calibration.records import read_table
 from golf_impact.errors import UserError
 
 IMPACT = {"club_speed": 30.0, "m_club": 0.2, "m_ball": 0.05}
 RATE = 5e-6
+SERIES = (("time", "force", "sigma"), ("s", "N", "N"))
+
+TEKTRONIX = "Model,MSO54\nLabel,CH1,CH2\nVertical Offset,0,0\nVertical Scale,1,1\n\nTIME,CH1,CH2\n"
+BESIDE = "Record Length,2.5e3,,0,0.5,\nTrigger Point,1,,1,1,\nSource,CH1,,2,1.5,\n,,,3,2,\n"
+LECROY = "LECROYWS434,1,Waveform\nSegments,1,SegmentSize,2\n#1,24-Nov-2020,0\nTime,Ampl\n"
+TABLES = {
+    "plain": ("time,force\n0,1\n1,2\n", "", [[0, 1], [1, 2]]),
+    "units": ("time [ms],force (kN)\n0,1\n1,2\n", "", [[0, 1e-3], [1e3, 2e3]]),
+    "tabs": ("t_us\tF/kN\n0\t1\n1\t2\n", "", [[0, 1e-6], [1e3, 2e3]]),
+    "commas": ("Zeit [µs];Kraft [kN]\n0,5;1,25\n\n1,5;2\n", "", [[5e-7, 1.5e-6], [1250, 2e3]]),
+    "units below": (
+        "# x\nTime,A,B\n(us),(V),(kN)\n\n0,9,1\n1,9,2\n", "Time,B", [[0, 1e-6], [1e3, 2e3]]
+    ),
+    "numbers": ("0,9,1\n1,9,2\n", "1 [ms],3", [[0, 1e-3], [1, 2]]),
+    "spaces": ("0 1\n1 2\n", "", [[0, 1], [1, 2]]),
+    "quoted": ('"time","force"\n"0","1" # first\n"1","2"\n', "", [[0, 1], [1, 2]]),
+    "order": ("scope\nforce,time\n1,0\n2,1\n", "", [[0, 1], [1, 2]]),
+    "empty": ("time,force\n", "", [[], []]),
+    "sigma": ("time,force,sigma\n0,1,5\n1,2,5\n", "", [[0, 1], [1, 2], [5, 5]]),
+    "text": ("clock,time,force,status\n12:01,0,1,OK\n12:01,1,2,clip\n", "", [[0, 1], [1, 2]]),
+    "Tektronix": (TEKTRONIX + "0,9,0.5\n1,9,1\n", "TIME [s],CH2 [2 kN/V]", [[0, 1], [1e3, 2e3]]),
+    "by number": (TEKTRONIX + "0,9,0.5\n1,9,1\n", "1,3 [10 mV/N]", [[0, 1], [50, 100]]),
+    "beside": (BESIDE, "4 [s],5 [2kN/V]", [[0, 1, 2, 3], [1e3, 2e3, 3e3, 4e3]]),
+    "Keysight": (
+        "x-axis,1,2\nsecond,mV,Volt\n0,500,9\n1,1e3,9\n", "x-axis,1 [2 kN/V]", [[0, 1], [1e3, 2e3]]
+    ),
+    "LeCroy": (LECROY + "0,0.5\n1,1\n", "Time,Ampl [100 N/V]", [[0, 1], [50, 100]]),
+}  # fmt: skip
 
 
-def curve(rows=200, lead=100):
-    """The half sine of an undamped contact: 6 kN, 628 µs, 2.4 N·s; one row in 5 µs."""
-    time = RATE * np.arange(rows)
-    since = time - lead * RATE
-    inside = (since > 0.0) & (since < math.pi / 5e3)
-    return time, np.where(inside, 6e3 * np.sin(5e3 * since), 0.0)
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "cp1252"])
+@pytest.mark.parametrize("name", TABLES)
+def test_tables_of_labs_and_scopes(tmp_path, name, encoding):
+    text, chosen, expected = TABLES[name]
+    file = tmp_path / "record.csv"
+    file.write_bytes(text.encode(encoding))
+    found = read_table(file, *SERIES, chosen)
+    assert np.array(found.columns) == pytest.approx(np.array(expected))
 
 
-def read(time, force):
-    return measurements(IMPACT, curve=(time, force)).curves["curve"]
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("Time,CH1,CH2\n0,1,2\n", ("its header is 'Time,CH1,CH2'", "--columns")),
+        ("x-axis,1\nsecond,Volt\n0,1\n", ("its header is 'x-axis,1 / second,Volt'",)),
+        ("time,force [V]\n0,1\n", ("unit 'V' of force", "2 kN/V", "'time,force [V]'")),
+        ("time,force\n0,1\n\n1,oops\n", ("line 4, column 2 (force): 'oops'", "a number")),
+        ("time,force\n0,1\n1\n", ("line 3, column 2 (force): ''",)),
+        ("time;force\n0,5;1\n1.000,5;1\n", ("line 3, column 1 (time): '1.000,5'",)),
+        ("time,force,time\n0,1,2\n", ("2 columns", "time")),
+        ("hello\nworld\n", ("its header is 'world'", "expected time,force")),
+        ("", ("no header",)),
+        (f"time,force\n{'0' * 131_073},1\n", ("field larger than field limit",)),
+    ],
+)
+def test_what_is_no_table(tmp_path, text, words):
+    file = tmp_path / "record.csv"
+    file.write_text(text)
+    with pytest.raises(UserError) as refusal:
+        read_table(file, *SERIES)
+    assert all(word in str(refusal.value) for word in (str(file), *words))
+
+
+def test_a_pipe_is_read_once(tmp_path):
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    text = "# a scope\n\ntime,force\n0,1\n# a pause\n\n1,2\n"
+    writer = threading.Thread(target=pipe.write_text, args=(text,))
+    writer.start()
+    found = read_table(pipe, *SERIES)
+    writer.join()
+    assert np.array(found.columns) == pytest.approx(np.array([[0.0, 1.0], [1.0, 2.0]]))
+    assert found.where(1) == f"{pipe}, row 2 (line 7)"
 
 
 @pytest.mark.parametrize(
     ("name", "low", "high"),
-    [
-        ("cor", 0.01, 1.0), ("exponent", 0.999999, 12.000001), ("max_force", 20.0, math.inf),
-        ("contact_time", 0.0, 0.1), ("time_of_max_force", 0.0, 0.1), ("m_club", 0.0, 10.0),
-        ("m_ball", 0.0, 10.0), ("club_speed", 0.0, math.inf),
-    ],
+    [("cor", 0.01, 1.0), ("exponent", 0.999999, 12.000001), ("max_force", 20.0, math.inf),
+     ("contact_time", 0.0, 0.1), ("m_ball", 0.0, 10.0), ("club_speed", 0.0, math.inf)],
 )  # fmt: skip
 def test_ranges_from_both_sides(name, low, high):
     inside = [low * (1.0 + 1e-9) or 1e-9, high * (1.0 - 1e-9) if high < math.inf else 1e9]
@@ -42,10 +102,21 @@ def test_ranges_from_both_sides(name, low, high):
             number(value, name)
 
 
-def test_a_good_curve_has_no_notes():
-    series = read(*curve(260))
-    assert (series.notes, series.offset_error) == ((), 0.0)
-    assert len(series.x) == 260
+@pytest.mark.parametrize("text", ["600us±6us", "600±6us", "600us +- 6", "0.6ms+/-6us", "6e-4±6e-6"])
+def test_a_number_with_its_sigma(text):
+    assert measured(text, "contact_time") == pytest.approx((6e-4, 6e-6, True))
+
+
+def curve(rows=260, lead=100):
+    """The half sine of an undamped contact: 6 kN, 628 µs, 2.4 N·s; one row in 5 µs."""
+    time = RATE * np.arange(rows)
+    since = time - lead * RATE
+    inside = (since > 0.0) & (since < math.pi / 5e3)
+    return time, np.where(inside, 6e3 * np.sin(5e3 * since), 0.0)
+
+
+def read(time, force, **options):
+    return measurements(IMPACT, curve=(time, force), **options).curves["curve"]
 
 
 @pytest.mark.parametrize(
@@ -53,56 +124,46 @@ def test_a_good_curve_has_no_notes():
     [
         (lambda t, f: (t[:0], f[:0]), "it has no rows of time, force"),
         (lambda t, f: (t[[0, 1, 2, 4, 3, 5]], f[:6]), "row 5: time = 1.5e-05 s isn't after 2e-05"),
-        (lambda t, f: (t[[0, 1, 2, 2, 4, 5]], f[:6]), "row 4: time = 1e-05 s isn't after 1e-05"),
-        (lambda t, f: (np.where(t == t[9], np.inf, t), f), "row 10: time = inf"),
         (lambda t, f: (t, np.where(t == t[9], np.nan, f)), "row 10: force = nan"),
         (lambda t, f: (t, 0.0 * f), "row 1: .* no touch"),
         (lambda t, f: (t, np.where(t == t[150], 6e3, 0.0)), "of only 1 row in contact"),
-        (lambda t, f: (t[::40], f[::40]), "one of only 3 rows in contact"),
         (lambda t, f: (t[170:], f[170:]), "the first: the record was triggered too late"),
         (lambda t, f: (t * 1e3, f), "contact of 0.5.* s, not of 600e-6: for ms write"),
-        (lambda t, f: (t * 1e6, f), "for µs write"),
         (lambda t, f: (t, 1e3 * np.sin(t / RATE)), "no more than the rest"),
-        (lambda t, f: (t, f * 1e-3 + 0.0), "force looks like kN"),
+        (lambda t, f: (t, f * 1e-3), "force looks like kN"),
         (lambda t, f: (t, 0.35 * f), "mph.* 10.5 to 21 m/s, or --m-club from 0.0194 to 0.0636"),
+        (lambda t, f: (t[:, None], f), "arrays of one length"),
     ],
 )  # fmt: skip
 def test_curves_that_are_refused(change, words):
     with pytest.raises(UserError, match=words):
-        read(*change(*curve(260)))
+        read(*change(*curve()))
 
 
-@pytest.mark.parametrize(("rows", "subtracted"), [(9, False), (10, True)])
-def test_an_offset_needs_ten_rows_before_contact(rows, subtracted):
+@pytest.mark.parametrize(
+    ("level", "drift", "kind"), [(0.0, 0.0, 0), (50.0, 0.0, 1), (-30.0, 200.0, 2)]
+)
+def test_a_baseline_follows_from_the_rows_outside_contact(level, drift, kind):
+    time, force = curve()
+    found = read(time, force + level + drift * time / time[-1])
+    assert len(found.baseline) == kind
+    assert found.force == pytest.approx(force, abs=1e-6)
+    assert len(read(time, force, baseline="linear").baseline) == 2
+
+
+@pytest.mark.parametrize(("rows", "kind"), [(9, 0), (10, 1)])
+def test_a_baseline_needs_ten_rows(rows, kind):
     """Of rows at least a quarter of the contact before it."""
-    time, force = curve(260)
+    time, force = curve(220)
     contact = np.flatnonzero(force > 0.25 * 6e3)
     quarter = 0.25 * (time[contact[-1]] - time[contact[0]])
     first = np.flatnonzero(time < time[contact[0]] - quarter)[-1] + 1 - rows
-    series = read(time[first:], force[first:] + 50.0)
-    assert bool(series.notes) == subtracted
-    assert series.y.max() == pytest.approx(6e3 if subtracted else 6050.0, rel=1e-4)
-    if subtracted:
-        assert f"mean of {rows} rows before contact" in series.notes[0]
-
-
-@pytest.mark.parametrize(("rows", "every"), [(3000, 1), (200, 6), (40, 8)])
-def test_rows_around_contact(rows, every):
-    """Those above a quarter of the largest force, half as many on both sides; one in eight."""
-    time = np.linspace(-1e-3, 2e-3, 3001)
-    force = 6e3 * np.sin(5e3 * time) * (abs(time - math.pi / 1e4) < math.pi / 1e4)
-    series = measurements(IMPACT, curve=(time, force, force + 1e4)).curves["curve"]
-    assert series.around_contact(3001) is series
-    (first, *_, last), some = series.contact, series.around_contact(rows)
-    half = (last - first) // 2 + 1
-    kept = np.arange(first - half, last + half + 1, every)
-    assert (some.x.tolist(), some.y.tolist()) == (time[kept].tolist(), force[kept].tolist())
-    assert some.sigma.tolist() == (force + 1e4)[kept].tolist()
+    assert len(read(time[first:], force[first:] + 50.0).baseline) == kind
 
 
 @pytest.mark.parametrize("order", ["columns", "rows", "table", "mapping"])
 def test_forms_of_a_curve(order):
-    time, force = curve(260)
+    time, force = curve()
     given = {
         "columns": (time, force),
         "rows": np.stack([time, force], axis=1),
@@ -113,67 +174,50 @@ def test_forms_of_a_curve(order):
     assert (series.x.tolist(), series.y.tolist()) == (time.tolist(), force.tolist())
 
 
-def test_clipped_rows_are_left_out_with_their_sigma():
-    time, force = curve(260)
+def test_the_sign_of_a_sensor_and_clipped_rows():
+    time, force = curve()
     sigma = np.linspace(10.0, 20.0, 260)
-    series = measurements(IMPACT, curve=(time, np.minimum(force, 5e3), sigma)).curves["curve"]
+    series = measurements(IMPACT, curve=(time, -np.minimum(force, 5e3), sigma)).curves["curve"]
     clipped = force >= 5e3
-    assert f"{clipped.sum()} rows at the largest force are left out: clipped" in series.notes[0]
+    assert series.notes[0] == "the force is negative; its sign was changed"
+    assert f"{clipped.sum()} rows at the largest force are left out: clipped" in series.notes[1]
     assert series.sigma.tolist() == sigma[~clipped].tolist()
 
 
-def test_the_sign_of_a_sensor():
-    time, force = curve(260)
-    series = read(time, -force)
-    assert series.notes == ("the force is negative; its sign was changed",)
-    assert series.y.tolist() == force.tolist()
+@pytest.mark.parametrize("step", [50.0, 200.0, 500.0])
+@pytest.mark.parametrize("limit", [math.inf, 7000.0])
+def test_quantization_is_not_clipping(step, limit):
+    """Rows at the largest value are a parabola's, or as many as are left out at a limit."""
+    time, force = record(551)
+    force = np.minimum(np.round(force / step) * step, limit)
+    series = measurements(AT, curve=(time, force)).curves["curve"]
+    assert len(series.x) == 551 - (limit < math.inf) * np.count_nonzero(force == force.max())
 
 
-def test_parameters_are_rounded_to_a_thousandth_of_a_standard_deviation():
-    """Digits that the measurements don't determine are left out; the instant of touch keeps its."""
-    time, force = curve(260)
-    noise = np.random.default_rng(1).normal(0.0, 20.0, 260)
-    fit = Fit(measurements(IMPACT, curve=(time, force + noise)), ContactLaw(2, 1.0))
-    k, touch = fit.parameters["k"], fit.touches["curve"]
-    assert k.value == round(k.value, 1)
-    assert k.value == pytest.approx(1e6, abs=3.0 * k.standard_error)
-    assert touch.value != round(touch.value, 12)
-    assert touch.value == pytest.approx(100 * RATE, abs=3.0 * touch.standard_error)
+def test_targets_from_a_file(tmp_path):
+    file = tmp_path / "shot.csv"
+    file.write_text("target,value,sigma\nball-velocity,50,0.5\ncor,0.74,\n\nclub_speed,36,\n")
+    data = measurements({"cor": "0.75±0.02", "m_club": 0.21}, file)
+    assert (data.impact["club_speed"], data.impact["m_club"]) == (36.0, 0.21)
+    assert data.targets == {"ball_speed": Measured(50.0, 0.5), "cor": Measured(0.75, 0.02)}
+    file.write_text("target,value\ncor,74 %\n")
+    assert measurements({}, file).targets == {"cor": Measured(0.74, 0.0074, False)}
 
 
 @pytest.mark.parametrize(
-    ("more", "sentences"),
+    ("text", "words"),
     [
-        (
-            {},
-            [
-                "σ is taken as 1 % of cor, contact_time.",
-                "No more targets than parameters: Kelvin–Voigt meets them exactly, so χ² doesn't",
-            ],
-        ),
-        (
-            {"max_force": 20e3, "sigma_max_force": 200.0},
-            [
-                "σ is taken as 1 % of cor, contact_time.",
-                "This law doesn't fit: χ² = 3.03e+03 with 1 degrees of freedom (probability 0); ",
-                "power law, n free describes these measurements better: its AIC is lower by 3.03",
-            ],
-        ),
+        ("", "first line"),
+        ("target,value,sigma\nspin,3000,1\n", "row 1 (line 2): there is no target 'spin'"),
+        ("target,value,sigma\ncor,high,\n", "row 1 (line 2): cor = 'high'"),
+        ("target,value,sigma\ncor,0.7,\ncor,0.8,\n", "row 2 (line 3): cor is given twice"),
+        ("target,value,sigma\ncor,0.7,0.1,4\n", "more cells"),
+        ("target,value,sigma\nm_ball,0.046,0.1\n", "m_ball takes no sigma: --prior"),
     ],
-    ids=["as many", "contradiction"],
 )
-def test_what_a_calibration_says(more, sentences):
-    words = golf_impact.calibrate(cor=0.8, contact_time=5e-4, **more).words
-    assert len(words) == len(sentences)
-    assert all(map(str.startswith, words, sentences))
-
-
-def test_the_progress_of_a_calibration():
-    """Each of four laws has a quarter, and each step of its search a fifth of what is left."""
-    seen = []
-    golf_impact.calibrate(
-        cor=0.8, contact_time=5e-4, max_force=8e3, progress=lambda percent, _: seen.append(percent)
-    )
-    assert seen[:2] == pytest.approx([5.0, 9.0], rel=1e-12)
-    assert seen == sorted(seen)
-    assert 75.0 < seen[-1] < 100.0
+def test_files_that_are_refused(tmp_path, text, words):
+    file = tmp_path / "shot.csv"
+    file.write_text(text)
+    with pytest.raises(UserError) as refusal:
+        measurements({}, file)
+    assert words in str(refusal.value)

@@ -1,143 +1,156 @@
-"""What a contact law gives for measurements, all rows of a curve at once, and its derivatives."""
+"""What a contact law gives for measurements, and the derivatives over its parameters."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from golf_impact.arrays.impacts import DEFAULTS
-from golf_impact.arrays.scalar import ScalarImpacts
+from golf_impact.api import run_impact, run_trajectory
 from golf_impact.arrays.trajectory import closed_contact, forces
-from golf_impact.calibration.measurements import TARGETS, Measurements, Series
+from golf_impact.calibration.intervals import ends_of
+from golf_impact.calibration.measurements import (
+    IMPACT,
+    LAW_PARAMETERS,
+    TARGETS,
+    Measurements,
+)
 from golf_impact.errors import UserError
 
 #: The parameters of COR = first − second · approach speed; they replace b.
 LINE = ("restitution_at_rest", "restitution_slope")
 
-#: The complex step (`golf_impact.arrays.sensitivities`), relative; where contact isn't in closed
-#: form, that of differences.
-_STEP, _DIFFERENCE = 1e-30, 1e-6
+#: What a law is given beside its parameters.
+_LAW = ("law", "reference_compression", *LAW_PARAMETERS)
 
-#: Rows in contact above which derivatives are computed at so many instants, denser towards touch,
-#: and interpolated: to 1e-6 of the largest, where the fit needs a direction and standard errors.
-#: So are forces that aren't in closed form, by cubic splines.
-_INSTANTS = 1000
+#: Rows in contact above which the force is a cubic spline between so many instants, denser towards
+#: touch; instants where the contact isn't in closed form, so that each of them takes longer.
+_INSTANTS, _SCALAR_INSTANTS = 1000, 300
+
+#: The step of a difference over an instant of touch, in its unit.
+_TOUCH = 1e-3
+
+#: The unit of an instant of touch, of a drift over time.
+MICRO, PER_MS = 1e-6, 1e3
 
 
-class NotAnalyticError(UserError):
-    """There is no complex step: the contact isn't in closed form."""
+#: Parameters that each curve has of its own; so may be k.
+_OF_CURVES = ("touch", "offset", "drift")
+
+
+def of_curve(name: str, curve: str) -> str:
+    """The name of a parameter that belongs to one of several curves: touch_2 of curve_2."""
+    return name + curve.removeprefix("curve")
+
+
+def split_name(name: str) -> tuple[str, str]:
+    """The inverse of `of_curve`; of k and others that belong to all curves, without a curve."""
+    of, _, number = name.partition("_")
+    return (of, f"curve_{number}" if number else "curve") if of in _OF_CURVES else (name, "")
 
 
 class Model:
-    """A law's values for all measured ones; values of impacts (SI units) may be complex.
+    """A law's values for all that is measured.
 
-    Beside the FMU's names they have `touch`, the instant by a curve's clock, s; those that belong
-    to one of several curves end with its number: `touch 2`, `k 2`.
+    Its values have the FMU's names (SI units). A curve has besides `touch` (µs since its origin),
+    `offset` (N) and `drift` (N/ms) of its baseline, and perhaps a stiffness of its own: `touch_2`,
+    `k_2` are those of the second one.
     """
 
     def __init__(self, data: Measurements) -> None:
-        self.data, self.physics = data, ScalarImpacts()
+        self.data = data
 
-    def __call__(self, values: Mapping[str, Any]) -> np.ndarray:
-        """Shape (n,); of stepped values only the imaginary part has a meaning.
-
-        UserError: the physics rejects a value, or the bodies don't separate.
-        """
-        data, ball = self.data, {name: v for name, v in values.items() if name in DEFAULTS}
-        stepped = _is_stepped(*values.values())
-        parts: list[Any] = [self.scalars(data.targets, {**ball, **data.impact}, stepped)]
-        for name, curve in data.curves.items():
-            own = name.removeprefix("curve")
-            of_curve = {**ball, "k": values.get(f"k{own}", values["k"]), **curve.impact}
-            parts.append(self._forces(curve, of_curve, values[f"touch{own}"], stepped))
+    def __call__(self, values: Mapping[str, float]) -> np.ndarray:
+        """Shape (n,). UserError: the physics rejects a value, or the bodies don't separate."""
+        data, parts = self.data, []
+        if data.targets:
+            found = self.scalars(data.targets, values)
+            parts.append(np.array([*found.values()]))
+        parts += [self.curve(name, values) for name in data.curves]
         if data.cor_speeds:
             # Law 2 takes its damping from this line.
             rest, slope = (values[name] for name in LINE)
             parts.append(rest - slope * data.cor_speeds.x)
-            if np.real(parts[-1]).min() <= 0.0:
+            if parts[-1].min() <= 0.0:
                 raise UserError("COR isn't above 0 at these speeds")
+        parts.append(np.array([values[name] for name in data.priors]))
         return np.concatenate(parts)
 
-    def scalars(self, names: Iterable[str], impact: Mapping[str, Any], stepped: bool) -> list[Any]:
-        """Scalar targets of these names."""
-        outputs = [TARGETS[name] for name in names]
-        if not (outputs or stepped):
-            return []
-        if not stepped:
-            # The physics of the FMU to the last bit.
-            values = self.physics.impact(outputs, **impact)
-            self._check_separation()
-            return [*values.values()]
-        if not (outputs and _is_stepped(*impact.values())):
-            return [0.0] * len(outputs)
-        contact = _contact(impact)
-        return [getattr(contact, output) for output in outputs]
-
-    def _check_separation(self) -> None:
-        if not self.physics.read_flag("separated"):
+    def scalars(self, names: Any, values: Mapping[str, float]) -> dict[str, float]:
+        """Scalars of these names, by the physics of the FMU to the last bit."""
+        impact = _impact(self.data.impact, values)
+        found = run_impact([TARGETS[name] for name in names], **impact)
+        if any(map(np.isnan, found.values())):
             raise UserError("the bodies don't separate")
+        return dict(zip(names, found.values()))
 
-    def _forces(
-        self, curve: Series, impact: Mapping[str, Any], touch: Any, stepped: bool
-    ) -> np.ndarray:
-        times, force = curve.x - touch, np.zeros(curve.x.shape)
-        if not stepped:
-            if found := closed_contact(impact):
-                return forces(times, found)
-            end = self.physics.impact(("contact_time",), **impact)["contact_time"]
-            self._check_separation()
-            inside = (times > 0.0) & (times < end)
-            rows = instants = times[inside]
-            if len(rows) > _INSTANTS:
-                instants = end * np.linspace(1e-3, 1.0 - 1e-9, _INSTANTS) ** 2
-            self.physics.start(**impact)
-            sampled = self.physics.sample(np.append(0.0, instants), ("force",))["force"][1:]
-            if rows is not instants:
-                from scipy.interpolate import CubicSpline
-
-                sampled = CubicSpline(np.sqrt(instants), sampled)(np.sqrt(rows))
-            force[inside] = sampled
-            return force
-        if not _is_stepped(touch, *impact.values()):
-            return force
-        contact, begin = _contact(impact), np.real(touch)
-        end = begin + np.real(contact.contact_time)
-        if np.count_nonzero((curve.x > begin) & (curve.x < end)) <= _INSTANTS:
-            return forces(times, contact)
-        instants = begin + (end - begin) * np.linspace(0.0, 1.0, _INSTANTS) ** 2
-        slopes = forces(instants - touch, contact).imag
-        return 1j * np.interp(curve.x, instants, slopes, left=0.0, right=0.0)
+    def curve(self, name: str, values: Mapping[str, float]) -> np.ndarray:
+        """Force and baseline of a curve, N."""
+        curve = self.data.curves[name]
+        own = {of: values.get(of_curve(of, name), 0.0) for of in ("touch", "offset", "drift")}
+        since = curve.x - curve.origin
+        impact = _impact(curve.impact, values)
+        impact["k"] = values.get(of_curve("k", name), values["k"])
+        baseline = own["offset"] + own["drift"] * PER_MS * since
+        return _forces(since - MICRO * own["touch"], impact) + baseline
 
     def slopes(
-        self, at: Callable[[np.ndarray], Mapping[str, Any]], x: np.ndarray, bounds: np.ndarray
+        self, values: Mapping[str, float], names: Sequence[str], near: float = 0.0
     ) -> np.ndarray:
-        """Derivatives (n, p) of the values by the coordinates x, (p,), from which `at` has them.
+        """Derivatives (n, p) over the parameters of these names, by central differences.
 
-        Exact by complex steps, or by central differences, one-sided at the `bounds`, (2, p).
+        Rows within so many spacings of touch have none over its instant: the force jumps or rises
+        steeply there.
         """
-        columns = []
-        for unit, value, low, high in zip(np.eye(len(x)), x, *bounds):
-            step = _STEP * (abs(value) or 1.0)
-            try:
-                columns.append(np.imag(self(at(x + 1j * step * unit))) / step)
-            except NotAnalyticError:
-                step = _DIFFERENCE * max(abs(value), 1.0)
-                ends = max(low, value - step), min(high, value + step)
-                first, last = (self(at(np.where(unit, end, x))) for end in ends)
-                columns.append((last - first) / (ends[1] - ends[0]))
-        return np.array(columns).T
+        columns = np.zeros((len(names), len(self.data.values)))
+        for column, name in zip(columns, names):
+            of, curve = split_name(name)
+            if of not in _OF_CURVES:
+                ends = ends_of("k" if of.startswith("k") else of, values[name])
+                low, high = (self({**values, name: end}) for end in ends)
+                column[:] = (high - low) / (ends[1] - ends[0])
+                continue
+            one, rows = self.data.curves[curve], column[self.data.groups[curve]]
+            since = one.x - one.origin
+            if of == "touch":
+                touch = values[name]
+                late, early = (
+                    self.curve(curve, {**values, name: touch + s}) for s in (_TOUCH, -_TOUCH)
+                )
+                rows[:] = (late - early) / (2.0 * _TOUCH)
+                close = max(near * one.spacing, 2.0 * _TOUCH * MICRO)
+                rows[abs(since - MICRO * touch) <= close] = 0.0
+            else:
+                rows[:] = 1.0 if of == "offset" else PER_MS * since
+        return columns.T
 
 
-def _is_stepped(*values: Any) -> bool:
-    return any(map(np.iscomplexobj, values))
+def _impact(conditions: Mapping[str, float], values: Mapping[str, float]) -> dict[str, float]:
+    """Inputs and parameters of an impact: the law's, and conditions that may be fitted."""
+    law = {name: values[name] for name in _LAW if name in values}
+    return {**conditions, **law, **{name: values[name] for name in IMPACT if name in values}}
 
 
-def _contact(values: Mapping[str, Any]) -> Any:
-    contact = closed_contact(values)
-    n, b = values.get("exponent", 2.0), values.get("b", 1.0)
-    # Formulas of exponent 1 don't contain it; without damping times have no slope over it.
-    if contact is None or (_is_stepped(n) and n.real == 1.0) or (_is_stepped(b) and b.real == 0.0):
-        raise NotAnalyticError("the contact isn't in closed form")
-    return contact
+def _forces(times: np.ndarray, impact: Mapping[str, float]) -> np.ndarray:
+    """Contact force at times since first touch, N."""
+    force, contact = np.zeros(times.shape), closed_contact(impact)
+    most, end = _INSTANTS, contact.contact_time if contact else 0.0
+    if contact is None:
+        most, end = _SCALAR_INSTANTS, run_impact(["contact_time"], **impact)["contact_time"]
+    if not end > 0.0:
+        raise UserError("the bodies don't separate")
+    inside = (times > 0.0) & (times < end)
+    rows = instants = times[inside]
+    if len(rows) > most:
+        instants = end * np.linspace(1e-3, 1.0 - 1e-9, most) ** 2
+    if contact:
+        sampled = forces(instants, contact)
+    else:
+        sampled = run_trajectory(0, ["force"], times=instants, **impact)["force"]
+    if rows is not instants:
+        from scipy.interpolate import CubicSpline
+
+        sampled = CubicSpline(np.sqrt(instants), sampled)(np.sqrt(rows))
+    force[inside] = sampled
+    return force

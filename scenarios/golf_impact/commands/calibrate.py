@@ -3,61 +3,70 @@ from typing import Annotated
 
 from typer import Option
 
-from golf_impact.commands.console import RESULTS, Out, print_paragraphs, print_table, progress, say
+from golf_impact.commands.console import RESULTS, Out, out, print_paragraphs, progress, say
+from golf_impact.errors import UserError
 
 EPILOG = (
     "Examples: golf-impact calibrate --curve force.csv@95mph --m-club 200g --save mine.toml · "
-    "golf-impact calibrate --cor-speeds cor.csv --contact-time 600us · golf-impact calibrate "
-    "--cor 0.743 --contact-time 600us"
+    "golf-impact calibrate --curve scope.csv --columns 'TIME [s],CH2 [2 kN/V]' --club-speed 40 "
+    "--m-club 0.2 · golf-impact calibrate --cor-speeds cor.csv --contact-time 600us · golf-impact "
+    "calibrate --measured cor=0.743±0.005 --measured contact_time=600±6us"
 )
 
 _CURVE = (
     "A measured force curve: time,force or time,force,sigma; units in its header (s, N), any zero "
     "of time. Repeatable, each with its speed: FILE.csv@40; or a FILE.toml that lists them."
 )
-_COLUMNS = "Columns of curves and their units, e.g. 't [ms],F [kN]'; names or numbers."
+_COLUMNS = (
+    "Columns of curves by name or number, with units or a sensor's sensitivity: 't [ms],F [kN]', "
+    "'TIME [s],CH2 [2 kN/V]'."
+)
 _SPEEDS = "COR at several speeds: approach_speed,cor or approach_speed,cor,sigma; fits a line."
+_MEASURED = (
+    "A measured output of the FMU, and its standard deviation (1 % if omitted): "
+    "max_force=6.6±0.1kN, also with +-; repeatable. So are the values of the next options."
+)
 _AFTER = "Measured after the impact."
 _CSV = "Scalars as a CSV file: target,value,sigma, with names as above; options override it."
+_BASELINE = "The sensor's offset, or drift too; rows outside contact decide, if omitted."
+_FIX = "A parameter that isn't fitted: n=1.5; repeatable."
+_PRIOR = "A parameter of law or impact that is known beforehand: m_club=0.2±0.002; repeatable."
+_PROFILE = "95 % intervals by the rise of χ² (lmfit's conf_interval), not by standard errors."
 _REFERENCE = "Compression for which k and b are given."
 _PREDICT = "Club speed to predict S, COR, ball speed at; repeatable."
 _SAVE = "Save the ball as FILE.toml, for --ball FILE.toml."
+_SPEED = "At touch; needed with --curve, else 35."
+_CLUB = "Club head; needed with --curve, else 0.210."
 
 _File = Path | None
 _Value = str | None
-_SIGMA = "Its standard deviation; 1 % of the value if omitted."
-_Sigma = Annotated[_Value, Option(metavar="SIGMA", help=_SIGMA)]
+_Values = list[str] | None
 
 
 def calibrate(
-    curve: Annotated[list[str] | None, Option(metavar="FILE.csv[@SPEED]", help=_CURVE)] = None,
+    curve: Annotated[_Values, Option(metavar="FILE.csv[@SPEED]", help=_CURVE)] = None,
     columns: Annotated[str, Option(metavar="T,F", help=_COLUMNS)] = "",
     cor_speeds: Annotated[_File, Option(metavar="FILE.csv", help=_SPEEDS)] = None,
+    measured: Annotated[_Values, Option(metavar="NAME=VALUE[±σ]", help=_MEASURED)] = None,
     ball_speed: Annotated[_Value, Option(metavar="m/s", help=_AFTER)] = None,
-    sigma_ball_speed: _Sigma = None,
     club_speed_after: Annotated[_Value, Option(metavar="m/s", help=_AFTER)] = None,
-    sigma_club_speed_after: _Sigma = None,
     cor: Annotated[_Value, Option(metavar="0..1", help="Coefficient of restitution.")] = None,
-    sigma_cor: _Sigma = None,
     contact_time: Annotated[_Value, Option(metavar="s", help="Duration; 600e-6 is 600 µs.")] = None,
-    sigma_contact_time: _Sigma = None,
     max_force: Annotated[_Value, Option(metavar="N", help="Largest contact force.")] = None,
-    sigma_max_force: _Sigma = None,
     time_of_max_force: Annotated[_Value, Option(metavar="s", help="Since first touch.")] = None,
-    sigma_time_of_max_force: _Sigma = None,
-    club_speed: Annotated[
-        _Value, Option(metavar="m/s", help="At touch; needed with --curve, else 35.")
-    ] = None,
-    m_club: Annotated[
-        _Value, Option(metavar="kg", help="Club head; needed with --curve, else 0.210.")
-    ] = None,
+    club_speed: Annotated[_Value, Option(metavar="m/s", help=_SPEED)] = None,
+    m_club: Annotated[_Value, Option(metavar="kg", help=_CLUB)] = None,
     m_ball: Annotated[_Value, Option(metavar="kg", help="Ball; 0.04593 if omitted.")] = None,
     club_force: Annotated[_Value, Option(metavar="N", help="On the club head; else 0.")] = None,
     csv: Annotated[_File, Option(metavar="FILE.csv", help=_CSV)] = None,
     law: Annotated[int, Option(metavar="1|2", help="1 absolute, 2 relative.")] = 2,
     exponent: Annotated[str, Option(metavar="N|free", help="n of law 2; free fits it, too.")] = "1",
+    baseline: Annotated[str, Option(metavar="zero|constant|linear", help=_BASELINE)] = "",
+    fix: Annotated[_Values, Option(metavar="NAME=VALUE", help=_FIX)] = None,
+    prior: Annotated[_Values, Option(metavar="NAME=VALUE±σ", help=_PRIOR)] = None,
     reference_compression: Annotated[str, Option(metavar="m", help=_REFERENCE)] = "0.005",
-    predict: Annotated[list[str] | None, Option(metavar="m/s", help=_PREDICT)] = None,
+    profile: Annotated[bool, Option("--profile", help=_PROFILE)] = False,
+    predict: Annotated[_Values, Option(metavar="m/s", help=_PREDICT)] = None,
     save: Annotated[_File, Option(metavar="FILE.toml", help=_SAVE)] = None,
     folder: Out = RESULTS,
     figures: Annotated[bool, Option(help="Draw the figure.")] = True,
@@ -70,25 +79,54 @@ def calibrate(
     """
     values = {**locals()}
     from golf_impact.calibration.calibration import calibrate as fit
-    from golf_impact.files import as_json, prepare, write_together
+    from golf_impact.files import as_json, write
 
-    prepare(folder, "calibrate.json", "calibrate.png")
-    for name in ("save", "folder", "figures"):
+    for name in ("save", "folder", "figures", "measured"):
         del values[name]
+    given = _pairs(measured, "measured", "cor=0.743±0.005")
+    if twice := [name for name in given if values.get(name) is not None]:
+        raise UserError(f"{twice[0]} is given twice: by --measured and by an option of its own")
+    values |= given
+    values |= {"fix": _pairs(fix, "fix", "n=1.5"), "prior": _pairs(prior, "prior", "k=8e5±1e4")}
     with progress() as begin:
-        advance = begin("calibrating", 100)
-        calibration = fit(**values, progress=advance)
-        files = {"calibrate.json": as_json(calibration.as_json())}
+        calibration = fit(**values, progress=begin("calibrating", 100))
+        written = [write(folder / "calibrate.json", as_json(calibration.as_json()))]
         if figures:
-            from golf_impact.report.figures import to_png
+            import io
 
-            files["calibrate.png"] = to_png(calibration.draw())
-        written = [calibration.save(save)] if save else []
-        written = write_together(folder, files) + written
+            image = io.BytesIO()
+            calibration.draw().savefig(image)
+            written.append(write(folder / "calibrate.png", image.getvalue()))
+        written += [calibration.save(save)] if save else []
     for table in calibration.tables():
-        print_table(table)
+        _print_table(*table)
     print_paragraphs(calibration.words)
     say(f"\n{', '.join(map(str, written))}")
     say("Run it:", "bold")
     # Plain, so that it can be copied: no wrapping, no mark-up.
     print(f"golf-impact run --ball {save}" if save else calibration.command)
+
+
+def _pairs(texts: list[str] | None, option: str, example: str) -> dict[str, str]:
+    """Values by name, of NAME=VALUE."""
+    found: dict[str, str] = {}
+    for text in texts or []:
+        name, _, value = (part.strip() for part in text.partition("="))
+        name = name.replace("-", "_")
+        if not (name and value):
+            raise UserError(f"--{option} {text} is refused: write NAME=VALUE, e.g. {example}")
+        if name in found:
+            raise UserError(f"--{option} {name} is given twice")
+        found[name] = value
+    return found
+
+
+def _print_table(title: str, columns: list[str], rows: list[list[str]]) -> None:
+    from rich.table import Table
+
+    table = Table(title=title, title_justify="left", title_style="bold")
+    for n, column in enumerate(columns):
+        table.add_column(column, justify="right" if n else "left")
+    for row in rows:
+        table.add_row(*row)
+    out.print(table)

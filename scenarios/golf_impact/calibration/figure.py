@@ -5,18 +5,21 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
 from golf_impact.calibration.measurements import TARGETS
 from golf_impact.quantities import QUANTITIES
-from golf_impact.report import figures
 
 _LABELS = {
     "curve": ("time since touch (µs)", "contact force (N)", "fit − measured (N)"),
     "cor_speeds": ("approach speed (m/s)", "COR", "fit − measured"),
 }
-_DOTS: dict[str, Any] = {"color": figures.BLACK, "marker": ".", "ms": 5, "ls": "", "alpha": 0.6}
+_DOTS: dict[str, Any] = {"color": "black", "marker": ".", "ms": 5, "ls": "", "alpha": 0.6}
+
+#: More points than pixels are no more to see.
+_POINTS = 4000
 
 
 def draw(calibration: Any) -> Figure:
@@ -24,40 +27,46 @@ def draw(calibration: Any) -> Figure:
     data, fit = calibration.data, calibration.fit
     columns = [[name, f"{name} residuals"] for name in data.series]
     columns += [["targets", "targets"]] * bool(data.targets)
-    figure, axes = figures.plt.subplot_mosaic(
+    figure, axes = plt.subplot_mosaic(
         [list(row) for row in zip(*columns)],
         figsize=(max(7.2, 5.4 * len(columns)), 5.6),
         height_ratios=(2.2, 1.0),
+        layout="constrained",
     )
     figure.suptitle(f"Calibrated: {fit.title}", x=0.01, ha="left", fontweight="bold")
     for name, series in data.series.items():
         above, below = axes[name], axes[f"{name} residuals"]
-        order, x, sigma = np.argsort(series.x), series.x, fit.sigma[data.groups[name]]
-        # More points than pixels are no more to see.
-        order = order[:: len(order) // 4000 + 1]
-        if name in fit.touches:
-            x = 1e6 * (series.x - fit.touches[name].value)
+        x, y, sigma = series.x, series.y, fit.sigma[data.groups[name]]
+        order = np.argsort(x)[:: len(x) // _POINTS + 1]
+        if name in data.curves:
+            y = y - calibration.baselines[name]
+            x = 1e6 * (x - fit.curves[name]["touch"].value)
             first, last = x[series.contact[[0, -1]]]
             margin = 0.3 * (last - first)
             for one in (above, below):
                 one.set_xlim(first - margin, last + margin)
+            if len(data.curves) > 1:
+                above.set_title(f"{Path(series.name).name}, {series.impact['club_speed']:g} m/s")
         residuals, half = calibration.residuals[name] * sigma, fit.coverage * sigma[order]
-        above.plot(x[order], series.y[order], **_DOTS, label="measured")
-        above.plot(x[order], (series.y + residuals)[order], color=figures.BLUE, label="fit")
-        band = {"color": figures.BLACK, "alpha": 0.14, "lw": 0, "label": "95 %"}
+        above.plot(x[order], y[order], **_DOTS, label="measured")
+        above.plot(x[order], (y + residuals)[order], color="tab:blue", label="fit")
+        band = {"color": "black", "alpha": 0.14, "lw": 0, "label": "95 %"}
         below.fill_between(x[order], -half, half, **band)
         below.plot(x[order], residuals[order], **_DOTS)
-        below.axhline(0.0, color=figures.BLACK, lw=0.8)
-        if calibration.apart and series.impact:
-            above.set_title(f"{Path(series.name).name}, {series.impact['club_speed']:g} m/s")
-        above.set(ylabel=_LABELS[name.split()[0]][1])
-        below.set(xlabel=_LABELS[name.split()[0]][0], ylabel=_LABELS[name.split()[0]][2])
+        below.axhline(0.0, color="black", lw=0.8)
+        time, force, difference = _LABELS["curve" if name in data.curves else name]
+        above.set(ylabel=force)
+        below.set(xlabel=time, ylabel=difference)
         for one in (above, below):
             one.legend(loc="upper right", fontsize=9)
     if data.targets:
-        residuals = calibration.residuals["targets"]
-        axes["targets"].plot(residuals, range(len(residuals)), "o", ms=7)
-        names = [QUANTITIES[TARGETS[name]].plain for name in data.targets]
-        figures.label_rows(axes["targets"], names, band=1.96)
-        axes["targets"].set(xlabel="(fit − target) / σ; band: 95 %")
+        residuals, one = calibration.residuals["targets"], axes["targets"]
+        one.axvspan(-1.96, 1.96, color="black", alpha=0.1, lw=0)
+        one.axvline(0.0, color="black", lw=1.0)
+        one.plot(residuals, range(len(residuals)), "o", ms=7)
+        outputs = {name: QUANTITIES.get(TARGETS[name]) for name in data.targets}
+        names = [known.plain if known else name for name, known in outputs.items()]
+        one.set_yticks(range(len(names)), names)
+        one.set_ylim(len(names) - 0.5, -0.5)
+        one.set(xlabel="(fit − target) / σ; band: 95 %")
     return figure
