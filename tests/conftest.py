@@ -73,7 +73,7 @@ SLOW = (
     "test_archives", "test_hosts", "test_native_host", "test_sweep_cluster", "test_call_order",
     "test_endurance", "test_power_law", "test_scenarios", "test_state", "test_fmi3", "test_signals",
     "test_values", "test_install", "test_exit", "test_two_ways", "test_laws", "test_launch",
-    "test_calibrate_series", "test_calibrate_records", "test_notebook",
+"test_calibrate_records", "test_notebook",
 )  # fmt: skip
 
 

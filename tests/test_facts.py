@@ -4,7 +4,6 @@ import math
 
 import pytest
 
-from golf_impact.closed_forms import balances, solution
 from golf_impact.document import Printed
 from golf_impact.measured import ROH_LEE_FIGURES
 from golf_impact.quantities import choose_prefix, format_with_error
@@ -58,36 +57,6 @@ def test_errors_in_their_scales():
     assert scales.error("force", 6000.6, 6000.0) == pytest.approx(1e-4)
     assert scales.error("touched", True, False) == math.inf
     assert scales.error("touched", True, True) == 0.0
-
-
-@pytest.mark.parametrize(
-    ("values", "known"),
-    [
-        ({}, 5), ({"law": 1}, 5), ({"b": 9.0}, 4), ({"law": 1, "b": 9.0}, 0),
-        ({"exponent": 1.5}, 0), ({"restitution_at_rest": 0.8}, 0), ({"club_force": 1.0}, 0),
-    ],
-)  # fmt: skip
-def test_where_there_are_closed_forms(values, known):
-    found = solution({**GIVEN, **values})
-    assert len(found) == known
-    if known == 5:
-        assert found["ball_velocity"] == pytest.approx(48.0)
-        assert found["max_force"] == pytest.approx(6000.0)
-
-
-@pytest.mark.parametrize(
-    ("values", "expected"),
-    [
-        ({"ball_speed": 4.0}, {"momentum_final": 6.2}),
-        ({"club_force": 1e3}, {"momentum_final": 6.6}),
-        # The drag has taken b·x from both bodies, x = 15 mm.
-        ({"law": 1, "b": 10.0}, {"momentum_final": 5.7, "impulse": 2.55}),
-        ({"law": 3}, {}),
-    ],
-)
-def test_balances_of_momentum(values, expected):
-    metrics = {"contact_time": 6e-4, "contact_displacement": 0.015, "momentum_gain_ball": 2.4}
-    assert balances({**GIVEN, **values}, metrics) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize(

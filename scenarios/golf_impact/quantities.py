@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from golf_build import BY_NAME, LAWS
 from golf_impact.toml import read_toml
@@ -99,7 +99,7 @@ def derived(
     if not results:
         return {}
     names = "m_club", "m_ball", "club_speed", "ball_speed", "ball_diameter"
-    given = {**{name: BY_NAME[name].start for name in names}, **values}
+    given: dict[str, Any] = {**{name: BY_NAME[name].start for name in names}, **values}
     m_club, m_ball, u_club, u_ball, diameter = (float(given[name]) for name in names)
     before = 0.0 if error else 1.0
     return {
@@ -146,7 +146,7 @@ def format_with_error(value: float, error: float | None) -> str:
 
 def describe(values: Mapping[str, float]) -> str:
     """Law, stiffness and damping of a case in words: every table names them."""
-    given = {**{name: BY_NAME[name].start for name in _DESCRIBED}, **values}
+    given: dict[str, Any] = {**{name: BY_NAME[name].start for name in _DESCRIBED}, **values}
     words = [f"law {given['law']:g}", f"k = {given['k'] / 1e6:.4g} MN/m"]
     if given["exponent"] != 1.0:
         words.append(f"n = {given['exponent']:g}")

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from golf_impact.api import run_impact, run_trajectory
-from golf_impact.arrays.trajectory import closed_contact, forces
+from golf_impact.arrays.impacts import closed_contact
 from golf_impact.calibration.intervals import ends_of
 from golf_impact.calibration.measurements import (
     IMPACT,
@@ -145,7 +145,7 @@ def _forces(times: np.ndarray, impact: Mapping[str, float]) -> np.ndarray:
     if len(rows) > most:
         instants = end * np.linspace(1e-3, 1.0 - 1e-9, most) ** 2
     if contact:
-        sampled = forces(instants, contact)
+        sampled = contact.forces(instants)
     else:
         sampled = run_trajectory(0, ["force"], times=instants, **impact)["force"]
     if rows is not instants:

@@ -9,7 +9,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from golf_build import VERSION
-from golf_impact.commands import bench, build, doctor, explore, run, stress, sweep
+from golf_impact.commands import bench, build, calibrate, doctor, explore, run, stress, sweep
 from golf_impact.commands import list as list_
 from golf_impact.commands.console import warn
 from golf_impact.errors import UserError
@@ -39,7 +39,7 @@ def _common(
     pass
 
 
-for module in (build, doctor, list_, run, explore, bench, stress, sweep):
+for module in (build, doctor, list_, run, explore, bench, stress, calibrate, sweep):
     name = module.__name__.rpartition(".")[2]
     # One example per line: paragraphs after \b are not wrapped.
     examples = "\b\n  " + module.EPILOG.replace(": ", ":\n  ", 1).replace(" · ", "\n  ")

@@ -3,14 +3,14 @@ from typing import Annotated
 
 from typer import Option
 
-from golf_impact.commands.console import RESULTS, Out, out, print_paragraphs, progress, say
+from golf_impact.commands.bench import Out
+from golf_impact.commands.console import RESULTS, out, print_table, progress, say
 from golf_impact.errors import UserError
 
 EPILOG = (
-    "Examples: golf-impact calibrate --curve force.csv@95mph --m-club 200g --save mine.toml · "
-    "golf-impact calibrate --curve scope.csv --columns 'TIME [s],CH2 [2 kN/V]' --club-speed 40 "
-    "--m-club 0.2 · golf-impact calibrate --cor-speeds cor.csv --contact-time 600us · golf-impact "
-    "calibrate --measured cor=0.743±0.005 --measured contact_time=600±6us"
+    "Examples: golf-impact calibrate --curve force.csv@95mph --m-club 200g · golf-impact "
+    "calibrate --cor-speeds cor.csv --save mine.toml · golf-impact calibrate --cor 0.743 "
+    "--contact-time 600us"
 )
 
 _CURVE = (
@@ -99,8 +99,9 @@ def calibrate(
             written.append(write(folder / "calibrate.png", image.getvalue()))
         written += [calibration.save(save)] if save else []
     for table in calibration.tables():
-        _print_table(*table)
-    print_paragraphs(calibration.words)
+        print_table(*table)
+    for words in calibration.words:
+        out.print(words, highlight=False)
     say(f"\n{', '.join(map(str, written))}")
     say("Run it:", "bold")
     # Plain, so that it can be copied: no wrapping, no mark-up.
@@ -119,14 +120,3 @@ def _pairs(texts: list[str] | None, option: str, example: str) -> dict[str, str]
             raise UserError(f"--{option} {name} is given twice")
         found[name] = value
     return found
-
-
-def _print_table(title: str, columns: list[str], rows: list[list[str]]) -> None:
-    from rich.table import Table
-
-    table = Table(title=title, title_justify="left", title_style="bold")
-    for n, column in enumerate(columns):
-        table.add_column(column, justify="right" if n else "left")
-    for row in rows:
-        table.add_row(*row)
-    out.print(table)
