@@ -18,16 +18,17 @@ from golf_physics.variables import INPUTS, MORE_VARIABLES, MOTION, SETTABLE, VAR
 _TYPES = {"Real": "REAL", "Enumeration": "ENUMERATION", "Boolean": "BOOLEAN"}
 
 
-def header(fmi: int) -> str:
-    """The C header for a version of FMI."""
-    return "\n".join(["/* Made from golf_physics by golf_build.native_header. */", "", *_lines(fmi)])
+def header(fmi: int, token: str) -> str:
+    """The C header for a version of FMI, with the FMU's GUID or instantiation token."""
+    return "\n".join(["/* Made from golf_physics by golf_build.native_header. */", "", *_lines(fmi, token)])
 
 
-def _lines(fmi: int) -> Iterator[str]:
+def _lines(fmi: int, token: str) -> Iterator[str]:
     # Those that can be set first, in the order of an instance's values.
     rows = [*SETTABLE.values(), *(row for row in VARIABLES if row.start is None)]
     rows += MORE_VARIABLES if fmi == 3 else ()
     yield f"#define FMI_VERSION {fmi}"
+    yield f'#define TOKEN "{token}"'
     yield ""
     yield "enum {"
     yield from (f"    VR_{row.name} = {row.reference}," for row in rows)
