@@ -13,6 +13,7 @@ import platform
 import shutil
 import subprocess
 import sys
+import tempfile
 import uuid
 from collections.abc import Iterator
 from functools import partial
@@ -213,7 +214,9 @@ def _library(target: Target, sources: dict[str, bytes], model: str) -> bytes:
         # Otherwise it is the folder of this build; and room for the signature's load command.
         command += [f"-Wl,-install_name,@rpath/{out}", "-Wl,-headerpad,0x100"]
     with scratch(sources) as folder:
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+        # zig keeps what it has compiled below the home folder.
+        env = {"HOME": tempfile.gettempdir(), **os.environ}
+        done = subprocess.run(command, cwd=folder, env=env, capture_output=True, text=True)
         if done.returncode:
             why = (done.stderr.strip().splitlines() or ["it says nothing"])[0]
             raise NativeError(f"--native: {command[0]} fails on all.c for {target.zig}: {why}")

@@ -18,7 +18,11 @@
 #include "state.c"
 
 #if FMI_VERSION == 3
+#include "fmi3Functions.h"
+#include "instance.c"
 #include "fmi3.c"
 #else
+#include "fmi2Functions.h"
+#include "instance.c"
 #include "fmi2.c"
 #endif
