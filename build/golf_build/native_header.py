@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from golf_physics.component.component import Component
+from golf_physics.component.hybrid import HybridComponent
 from golf_physics.laws import LAWS, power_law
 from golf_physics.numerics import chebyshev, gauss
 from golf_physics.refusals import conflict, refusal
@@ -37,7 +38,9 @@ def _lines(fmi: int, token: str) -> Iterator[str]:
     yield f"    VARIABLES = {len(rows)}"
     yield "};"
     yield ""
-    yield "typedef enum { REAL, ENUMERATION, BOOLEAN, STRING, OTHER } Type;"
+    # FMI 3.0 has more of them, of which there are no variables.
+    others = "FLOAT32, INT8, UINT8, INT16, UINT16, INT32, UINT32, UINT64"
+    yield f"typedef enum {{ REAL, ENUMERATION, BOOLEAN, STRING, {others} }} Type;"
     yield "typedef enum { INPUT, PARAMETER, RESULT } Causality;"
     yield ""
     yield "/* A variable; what is said of a refused value of it. */"
@@ -132,10 +135,10 @@ def _case(**values: float) -> tuple[Parameters, Inputs]:
     return Parameters(*all_values[INPUTS:]), Inputs(*all_values[:INPUTS])
 
 
-def _refused(*calls: Callable[[Component], Any], stepping: bool = True) -> str:
+def _refused(*calls: Callable[[Any], Any], kind: Any = Component, stepping: bool = True) -> str:
     """What an instance says last after these calls."""
     said: list[Any] = []
-    component = Component(said.append)
+    component = kind(said.append)
     if stepping:
         component.enter_initialization()
         component.exit_initialization()
@@ -144,7 +147,7 @@ def _refused(*calls: Callable[[Component], Any], stepping: bool = True) -> str:
     return str(said[-1])
 
 
-def _setting(reference: int, value: Any, type_: str = "Real") -> Callable[[Component], Any]:
+def _setting(reference: int, value: Any, type_: str = "Real") -> Callable[[Any], Any]:
     return lambda component: component.set_values([reference], [value], type_)
 
 
@@ -173,6 +176,10 @@ def _sentences() -> Iterator[tuple[str, str]]:
     yield "FOREIGN_STATE", _refused(lambda c: c.restore(None))
     blocked = _refused(_setting(0, -2.5), lambda c: c.step(0.0, 0.125))
     yield "UNTIL_CORRECTED", blocked[: blocked.index("k = ")] + "%s"
+    hybrid = _refused(lambda c: c.update(), kind=HybridComponent, stepping=False)
+    yield "NO_EVENT", hybrid
+    stopped = _refused(_setting(0, -2.5), lambda c: c.update(), kind=HybridComponent)
+    yield "MUST_STOP", stopped[: stopped.index("k = ")] + "%s"
     yield from _conflicts()
 
 

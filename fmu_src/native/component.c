@@ -55,7 +55,8 @@ typedef struct {
 
 /* REFUSALS */
 
-static void report(const Component *c, const Refusal refusals[], int count, int until_corrected)
+/* Report refusals together, in a sentence about them. */
+static void report(const Component *c, const Refusal refusals[], int count, const char *sentence)
 {
     char listed[SENTENCE_SIZE] = "", whole[SENTENCE_SIZE] = "";
     Text list = {listed, listed + sizeof listed - 1}, text = {whole, whole + sizeof whole - 1};
@@ -64,11 +65,11 @@ static void report(const Component *c, const Refusal refusals[], int count, int 
         if (n) put(&list, "; ");
         put_refusal(&list, &refusals[n]);
     }
-    put_sentence(&text, until_corrected ? SENTENCES[UNTIL_CORRECTED] : "%s", words);
+    put_sentence(&text, sentence, words);
     if (c->report) c->report(c->context, whole);
 }
 
-static void report_one(const Component *c, Refusal refusal) { report(c, &refusal, 1, 0); }
+static void report_one(const Component *c, Refusal refusal) { report(c, &refusal, 1, "%s"); }
 
 static int place_of_refusal(const Component *c, int place)
 {
@@ -159,6 +160,8 @@ static void component_reset(Component *c)
     c->report = report_to;
     c->context = context;
     c->size = NAN;
+    /* In FMI 3.0 the start time is that of the first step. */
+    c->point_is_free = FMI_VERSION == 3;
 }
 
 /* The host's time at the start, s. Returns whether it is accepted at all in this mode. */
@@ -220,7 +223,7 @@ static int component_exit_initialization(Component *c)
     }
     c->is.mode = START_REFUSED;
     int count = start_run(c, list);
-    if (count) report(c, list, count, 0);
+    if (count) report(c, list, count, "%s");
     return !count && !c->is.refused_count;
 }
 
@@ -256,26 +259,29 @@ static Impact *present(Component *c)
     return &c->is.impact;
 }
 
+/* All refusals that speak against a step; those of illegal calls are gone with that. */
+static int take_refusals(Component *c, Refusal list[])
+{
+    Snapshot *is = &c->is;
+    int count = is->refused_count + is->illegal_count;
+    memcpy(list, is->refused, (size_t)is->refused_count * sizeof *list);
+    memcpy(list + is->refused_count, is->illegal, (size_t)is->illegal_count * sizeof *list);
+    is->illegal_count = 0;
+    return count;
+}
+
 /* Whether steps are possible in this mode, and no value must be corrected; else why not is reported. */
 static int may_step(Component *c)
 {
     Refusal list[SETTABLE + 1 + MOST_ILLEGAL];
-    int count;
-    Snapshot *is = &c->is;
-    if (is->mode == START_REFUSED && (count = start_run(c, list))) {
-        report(c, list, count, 1);
-        return 0;
-    }
-    if (is->mode != STEPPING) {
-        Reason reason = is->mode == TERMINATED ? STEP_AFTER_END : STEP_BEFORE_START;
+    int count = c->is.mode == START_REFUSED ? start_run(c, list) : 0;
+    if (!count && c->is.mode != STEPPING) {
+        Reason reason = c->is.mode == TERMINATED ? STEP_AFTER_END : STEP_BEFORE_START;
         report_one(c, refusal(reason, 0.0, 0.0));
         return 0;
     }
-    memcpy(list, is->refused, (size_t)is->refused_count * sizeof *list);
-    memcpy(list + is->refused_count, is->illegal, (size_t)is->illegal_count * sizeof *list);
-    count = is->refused_count + is->illegal_count;
-    is->illegal_count = 0;
-    if (count) report(c, list, count, 1);
+    if (!count) count = take_refusals(c, list);
+    if (count) report(c, list, count, SENTENCES[UNTIL_CORRECTED]);
     return !count;
 }
 

@@ -234,6 +234,11 @@ static Instant phase_begin(const Impact *i)
     return i->phase == CONTACT ? i->begin : i->flight.begin;
 }
 
+#if FMI_VERSION == 3
+/* The same, found if it isn't known yet. */
+static double find_phase_end(const Impact *i) { return phase_duration(i); }
+#endif
+
 /* Go on to the next phase, with these inputs; not from flight. */
 static void begin_next_phase(Impact *i, const Parameters *p, Inputs inputs)
 {

@@ -200,7 +200,9 @@ static void put_number(Text *t, double x, int general)
 
 /* SENTENCES */
 
-static const char *const TYPES[] = {"Real", "Enumeration", "Boolean", "String", "Other"};
+/* By type. */
+static const char *const TYPES[] = {"Real",  "Enumeration", "Boolean", "String", "Float32", "Int8",
+                                    "UInt8", "Int16",       "UInt16",  "Int32",  "UInt32",  "UInt64"};
 
 /* A sentence with these words in place of each %s. */
 static void put_sentence(Text *t, const char *sentence, const char *const words[])

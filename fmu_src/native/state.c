@@ -141,7 +141,7 @@ static int are_refusals(const Refusal refusals[], int count, int most)
     for (int n = 0; n < count; n++) {
         const Refusal *r = &refusals[n];
         if ((int)r->reason <= FINE || r->reason > LAST_REASON || r->place < 0 || r->place > SETTABLE
-            || (int)r->type < 0 || r->type > OTHER)
+            || (int)r->type < 0 || r->type > UINT64)
             return 0;
         if (r->place == SETTABLE && r->reason != START_TIME) return 0;
     }
