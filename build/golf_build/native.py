@@ -218,7 +218,8 @@ def _library(target: Target, sources: dict[str, bytes], model: str) -> bytes:
         env = {"HOME": tempfile.gettempdir(), **os.environ}
         done = subprocess.run(command, cwd=folder, env=env, capture_output=True, text=True)
         if done.returncode:
-            why = (done.stderr.strip().splitlines() or ["it says nothing"])[0]
+            errors = [line for line in done.stderr.splitlines() if "error" in line]
+            why = errors[0] if errors else "without a message"
             raise NativeError(f"--native: {command[0]} fails on all.c for {target.zig}: {why}")
         made = (folder / out).read_bytes()
     if target.suffix == ".dylib" and zig:

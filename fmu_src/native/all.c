@@ -18,6 +18,9 @@
 #include "state.c"
 
 #if FMI_VERSION == 3
+#if defined __GNUC__
+#pragma GCC diagnostic ignored "-Wstrict-prototypes" /* of FMI's header */
+#endif
 #include "fmi3Functions.h"
 #include "instance.c"
 #include "fmi3.c"
