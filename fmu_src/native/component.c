@@ -304,15 +304,15 @@ static Refusal check_point(Component *c, double point, double size, double *orig
 }
 
 /* Why this touch would be refused in a step of this size; whether one is ahead that would be. */
-static Refusal check_touch(const Component *c, const Impact *i, double club_speed, double size,
+static Refusal check_touch(const Component *c, const Approach *a, double club_speed, double size,
                            int *is_ahead)
 {
     *is_ahead = 0;
-    if (!c->is.parameters.restitution_at_rest || i->phase != APPROACH) return ACCEPTED;
+    if (!c->is.parameters.restitution_at_rest) return ACCEPTED;
     Refusal why = refusal_of_touch(&c->is.parameters, club_speed);
     *is_ahead = why.reason != FINE;
-    double t = since(i->approach.begin, instant_now(c));
-    double left = i->approach.duration - (t > RESOLUTION * i->approach.begin.high ? t : 0.0);
+    double t = since(a->begin, instant_now(c));
+    double left = a->duration - (t > RESOLUTION * a->begin.high ? t : 0.0);
     return *is_ahead && left <= size * (1.0 + 1e-12) ? why : ACCEPTED;
 }
 
@@ -350,8 +350,10 @@ static int check_step(Component *c, double point, double size)
     Inputs inputs = inputs_of(is->values);
     int has_changed = !are_equal(inputs, is->inputs);
     if (!why.reason && has_changed) why = change(c, inputs, &changed, &is_another);
-    if (!why.reason)
-        why = check_touch(c, has_changed ? &changed : &is->impact, inputs.club_speed, size, &is_ahead);
+    const Impact *impact = has_changed ? &changed : &is->impact;
+    /* Without a change the touch may have been found for a read. */
+    if (!why.reason && (has_changed ? changed.phase : is->first_phase) == APPROACH)
+        why = check_touch(c, &impact->approach, inputs.club_speed, size, &is_ahead);
     if (why.reason) {
         report_one(c, why);
         return 0;
