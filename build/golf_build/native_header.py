@@ -10,7 +10,7 @@ from typing import Any
 
 from golf_physics.component.component import Component
 from golf_physics.component.hybrid import HybridComponent
-from golf_physics.laws import LAWS, power_law
+from golf_physics.laws import LAWS, integrated, power_law
 from golf_physics.numerics import chebyshev, gauss
 from golf_physics.refusals import conflict, refusal
 from golf_physics.values import Inputs, Parameters
@@ -96,6 +96,7 @@ def _constants() -> Iterator[str]:
     yield from _array("GAUSS_WEIGHTS", weights)
     yield from _array("NODES", chebyshev.NODES)
     yield from _matrix("TRANSFORM", chebyshev._TRANSFORM)
+    yield from _matrix("INTEGRALS", chebyshev.INTEGRALS)
     yield from _array("CUTS_BELOW_CRITICAL", power_law._CUTS_BELOW_CRITICAL)
     yield from _array("CUTS_ABOVE_CRITICAL", power_law._CUTS_ABOVE_CRITICAL)
 
@@ -181,6 +182,16 @@ def _sentences() -> Iterator[tuple[str, str]]:
     stopped = _refused(_setting(0, -2.5), lambda c: c.update(), kind=HybridComponent)
     yield "MUST_STOP", stopped[: stopped.index("k = ")] + "%s"
     yield from _conflicts()
+    yield from _contacts()
+
+
+def _contacts() -> Iterator[tuple[str, str]]:
+    """Contacts that can't be computed."""
+    yield "UNDECIDED", integrated._UNDECIDED.replace("{!r}", "%s")
+    yield "TOO_MANY_PANELS", "this contact has neither ended nor come to rest after 600 panels of integration, at %s s, and isn't evaluated beyond"
+    yield "NO_NUMBERS", "the solution has no numbers after t = %s s"
+    yield "NOT_FINITE", "the force at a compression of %s m and a closing speed of %s m/s is %s; it must be a finite number"
+    yield "CHANGE_REFUSED", "k = %s, b = %s are refused: %s"
 
 
 def _conflicts() -> Iterator[tuple[str, str]]:

@@ -10,6 +10,7 @@
 #include "closed_form.c"
 #include "power_law.c"
 #include "law.c"
+#include "ode.c"
 #include "contact.c"
 #include "impact.c"
 #include "refusals.c"

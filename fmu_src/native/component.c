@@ -48,7 +48,8 @@ typedef struct {
     double size; /* the last step size, s, if such a step needs only its point checked; or NaN */
     int point_is_free; /* whether the next step may begin anywhere: after a restored state */
     int check_every_step; /* a touch is ahead that would be refused */
-    int has_state; /* whether the state at this communication point has been read */
+    int has_failed; /* whether a read can't be computed */
+    int has_state;  /* whether the state at this communication point has been read */
     State state;
     Snapshot is;
 } Component;
@@ -172,7 +173,7 @@ static int component_set_up(Component *c, double start_time)
         return 0;
     }
     if (!isfinite(start_time)) {
-        refuse(c, (Refusal){START_TIME, SETTABLE, REAL, {start_time}});
+        refuse(c, (Refusal){START_TIME, SETTABLE, REAL, {start_time}, 0});
         return 1;
     }
     correct(c, SETTABLE);
@@ -255,7 +256,7 @@ static Instant instant_now(const Component *c) { return instant_after(&c->is, c-
 static Impact *present(Component *c)
 {
     if (!c->is.has_impact) preview(c);
-    advance(&c->is.impact, &c->is.parameters, c->is.inputs, instant_now(c));
+    if (!advance(&c->is.impact, &c->is.parameters, c->is.inputs, instant_now(c))) c->has_failed = 1;
     return &c->is.impact;
 }
 
@@ -329,8 +330,15 @@ static Refusal change(const Component *c, Inputs inputs, Impact *changed, int *i
     Refusal why = conflict(&is->parameters, inputs);
     if (why.reason) return why;
     impact_copy(changed, &is->impact);
-    *is_another = change_inputs(changed, &is->parameters, is->inputs, inputs, instant_now(c))
-                  || changed->phase != is->first_phase || changed->phase == APPROACH;
+    int effect = change_inputs(changed, &is->parameters, is->inputs, inputs, instant_now(c));
+    if (effect == NOT_COMPUTED) {
+        Refusal failure = refusal_of_failure(contact_failure(&changed->contact));
+        failure.numbers[5] = inputs.k;
+        failure.numbers[6] = inputs.b;
+        failure.is_change = 1;
+        return failure;
+    }
+    *is_another = effect || changed->phase != is->first_phase || changed->phase == APPROACH;
     return ACCEPTED;
 }
 
@@ -395,13 +403,13 @@ static Refusal check_value(const Component *c, uint32_t reference, double value,
 {
     int place = place_of(reference);
     if (place < 0 || place >= SETTABLE || TABLE[place].type != type)
-        return (Refusal){NOT_SETTABLE, 0, type, {reference}};
+        return (Refusal){NOT_SETTABLE, 0, type, {reference}, 0};
     const Variable *v = &TABLE[place];
     double now = c->is.values[place];
-    if (c->is.mode == TERMINATED) return (Refusal){SET_AFTER_END, place, REAL, {0.0}};
+    if (c->is.mode == TERMINATED) return (Refusal){SET_AFTER_END, place, REAL, {0.0}, 0};
     if (!isfinite(value) || value < v->low || value > v->high) return refusal_of(place, value);
     if (v->causality == PARAMETER && c->is.mode == STEPPING && value != now)
-        return (Refusal){FIXED, place, v->type, {value, now}};
+        return (Refusal){FIXED, place, v->type, {value, now}, 0};
     return ACCEPTED;
 }
 
@@ -426,7 +434,7 @@ static int component_set(Component *c, uint32_t reference, double value, Type ty
 }
 
 /* The state in a contact, in the scaled time from its start, or from the first step after that. */
-static State contact_state(const Component *c, const Impact *i)
+static State contact_state(const Component *c, Impact *i)
 {
     const Snapshot *is = &c->is;
     double scale = contact_scale(&i->contact), offset = since(i->begin, is->begin), first = 0.0;
@@ -446,7 +454,7 @@ static State contact_state(const Component *c, const Impact *i)
 static const State *state_now(Component *c)
 {
     if (!c->has_state) {
-        const Impact *i = present(c);
+        Impact *i = present(c);
         c->state = i->phase == CONTACT ? contact_state(c, i)
                                        : impact_state(i, &c->is.parameters, instant_now(c));
         c->has_state = 1;

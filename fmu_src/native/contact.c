@@ -4,7 +4,7 @@
    Times are s since its start, at most `duration`. It is a value: what its functions return is
    independent of the order of calls. */
 
-typedef enum { CLOSED_FORM, EXTENDED, POWER_LAW } ContactKind;
+typedef enum { CLOSED_FORM, EXTENDED, POWER_LAW, INTEGRATED } ContactKind;
 
 typedef struct {
     ContactKind kind;
@@ -16,6 +16,7 @@ typedef struct {
     union {
         ClosedForm closed_form;
         PowerLaw power_law;
+        Integrated integrated;
         struct {
             Extended extended;
             Peak maxima[2][MAXIMA];
@@ -28,7 +29,11 @@ static void contact_copy(Contact *to, const Contact *from)
 {
     size_t size = sizeof *to;
     if (from->kind == CLOSED_FORM) size = offsetof(Contact, as) + sizeof(ClosedForm);
+    if (from->kind == EXTENDED) size = offsetof(Contact, as) + sizeof(from->as.extended);
     if (from->kind == POWER_LAW) size = offsetof(Contact, as) + sizeof(PowerLaw);
+    if (from->kind == INTEGRATED)
+        size = offsetof(Contact, as.integrated.starts)
+               + (size_t)from->as.integrated.count * sizeof(PanelStart);
     memcpy(to, from, size);
 }
 
@@ -37,6 +42,14 @@ static void contact_copy(Contact *to, const Contact *from)
 static void contact_begin(Contact *c, const Parameters *p, Inputs inputs, Motion start)
 {
     memset(c, 0, offsetof(Contact, as));
+    if (p->exponent != 1.0 && inputs.club_force) {
+        /* In the scaled time it is a power of x, without a closed form. */
+        c->kind = INTEGRATED;
+        integrated_begin(&c->as.integrated, p, inputs, start);
+        c->duration = c->as.integrated.duration;
+        c->rate = INFINITY;
+        return;
+    }
     if (p->exponent != 1.0) {
         c->kind = POWER_LAW;
         power_law_begin(&c->as.power_law, p, inputs.k, inputs.b, start);
@@ -62,49 +75,68 @@ static void contact_begin(Contact *c, const Parameters *p, Inputs inputs, Motion
 }
 
 /* The time scale of the dense output, 1/s. */
-static double contact_scale(const Contact *c)
+static double contact_scale(Contact *c)
 {
     return c->kind == CLOSED_FORM ? c->as.closed_form.rates.s : 1.0;
 }
 
 /* The state at a scaled time. */
-static State contact_dense(const Contact *c, double time)
+static State contact_dense(Contact *c, double time)
 {
     switch (c->kind) {
     case CLOSED_FORM: return closed_form_dense(&c->as.closed_form, time);
     case POWER_LAW: return power_law_state(&c->as.power_law, time);
+    case INTEGRATED: return integrated_state(&c->as.integrated, time);
     default: return extended_state(&c->as.extended.extended, time);
     }
 }
 
-static double contact_value(const Contact *c, Quantity quantity, double t)
+static double contact_value(Contact *c, Quantity quantity, double t)
 {
     switch (c->kind) {
     case CLOSED_FORM: return closed_form_value(&c->as.closed_form, quantity, t);
     case POWER_LAW: return power_law_value(&c->as.power_law, quantity, t);
+    case INTEGRATED: return integrated_value(&c->as.integrated, quantity, t);
     default: return extended_value(&c->as.extended.extended, quantity, t);
     }
 }
 
 /* The closing speed, to full relative accuracy. */
-static double contact_closing(const Contact *c, double t)
+static double contact_closing(Contact *c, double t)
 {
     if (c->kind == CLOSED_FORM) return closed_form_closing(&c->as.closed_form, t);
     return contact_value(c, CLOSING, t);
 }
 
 /* Impulse of the contact force over [begin, begin + width], N.s. */
-static double contact_impulse(const Contact *c, double begin, double width)
+static double contact_impulse(Contact *c, double begin, double width)
 {
     switch (c->kind) {
     case CLOSED_FORM: return closed_form_impulse(&c->as.closed_form, begin, width);
     case POWER_LAW: return power_law_impulse(&c->as.power_law, begin, width);
+    case INTEGRATED: return integrated_impulse(&c->as.integrated, begin, width);
     default: return extended_impulse(&c->as.extended.extended, begin, width);
     }
 }
 
+/* Why the contact can't be computed any further; the reason is FINE if it can. */
+static Failure contact_failure(const Contact *c)
+{
+    static const Failure none = {FINE, {0.0, 0.0, 0.0}};
+    return c->kind == INTEGRATED ? c->as.integrated.failure : none;
+}
+
+/* Evaluate another piece, if the end isn't known yet; whether the duration has grown. */
+static int contact_extend(Contact *c)
+{
+    if (c->kind != INTEGRATED) return 0;
+    int has_grown = integrated_extend(&c->as.integrated);
+    c->duration = c->as.integrated.duration;
+    return has_grown;
+}
+
 /* The bodies when contact ends. */
-static Motion contact_end(const Contact *c)
+static Motion contact_end(Contact *c)
 {
     if (c->kind == CLOSED_FORM) return closed_form_end(&c->as.closed_form);
     State s = contact_dense(c, c->duration);
@@ -117,6 +149,7 @@ static Motion contact_end(const Contact *c)
 
 static Peak *maximum(Contact *c, Quantity quantity, int n)
 {
+    if (c->kind == INTEGRATED) return &c->as.integrated.peaks[quantity][n];
     return n ? &c->as.extended.maxima[quantity][n] : &c->first[quantity];
 }
 
@@ -124,6 +157,7 @@ static void find_maxima(Contact *c, Quantity quantity)
 {
     double when[MAXIMA];
     int count;
+    if (c->kind == INTEGRATED) return;
     switch (c->kind) {
     case CLOSED_FORM: count = closed_form_maxima(&c->as.closed_form, quantity, when); break;
     case POWER_LAW: count = power_law_maxima(&c->as.power_law, quantity, when); break;
@@ -138,16 +172,18 @@ static void find_maxima(Contact *c, Quantity quantity)
 /* The largest value of force or compression on [0, t], and its time. */
 static Peak contact_largest(Contact *c, Quantity quantity, double t)
 {
+    /* Before the maxima: a phase in pieces is then evaluated up to t. */
+    double now = contact_value(c, quantity, t);
     if (!c->found[quantity]) find_maxima(c, quantity);
     Peak largest = {contact_value(c, quantity, 0.0), 0.0};
     const Peak *top = NULL;
-    for (int n = 0; n < c->count[quantity]; n++) {
+    int count = c->kind == INTEGRATED ? c->as.integrated.peak_count[quantity] : c->count[quantity];
+    for (int n = 0; n < count; n++) {
         const Peak *passed = maximum(c, quantity, n);
         if (passed->when <= t && (!top || passed->value > top->value)) top = passed;
     }
     /* A maximum just after the start is as large as the start to the last digits. */
     if (top && top->value >= largest.value - ROUNDING * fabs(largest.value)) largest = *top;
-    double now = contact_value(c, quantity, t);
     /* Just after a maximum, rounding must not move its time. */
     if (now > largest.value + ROUNDING * fabs(largest.value)) largest = (Peak){now, t};
     return largest;

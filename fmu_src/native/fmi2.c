@@ -100,6 +100,8 @@ static int has_arrays(fmi2Component c, const void *references, const void *value
             is_legal &= component_get(&((Instance *)c)->component, references[n], of, &value);      \
             values[n] = (type)value;                                                                \
         }                                                                                           \
+        int is_failed = has_read_failed(&((Instance *)c)->component);                               \
+        for (size_t n = 0; is_failed && n < count; n++) values[n] = (type)(of == REAL ? NAN : 0.0); \
         return status_of(is_legal);                                                                 \
     }                                                                                               \
                                                                                                     \

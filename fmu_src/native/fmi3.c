@@ -140,6 +140,8 @@ static int has_arrays(fmi3Instance c, const void *references, const void *values
             is_legal &= component_get(&((Instance *)c)->component, references[n], of, &value);      \
             values[n] = (fmi3##Name)value;                                                          \
         }                                                                                           \
+        int is_failed = has_read_failed(&((Instance *)c)->component);                               \
+        for (size_t n = 0; is_failed && n < count; n++) values[n] = (fmi3##Name)(of == REAL ? NAN : 0.0);\
         return status_of(is_legal);                                                                 \
     }                                                                                               \
                                                                                                     \

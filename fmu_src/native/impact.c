@@ -5,6 +5,8 @@
 
 typedef enum { APPROACH, CONTACT, FLIGHT } PhaseKind;
 
+enum { NOT_COMPUTED = -1 };
+
 /* The bodies before first touch. The compression of the motion, below 0, and its low part, below
    the resolution of that, add up to minus the distance. */
 typedef struct {
@@ -236,25 +238,38 @@ static Instant phase_begin(const Impact *i)
 
 #if FMI_VERSION == 3
 /* The same, found if it isn't known yet. */
-static double find_phase_end(const Impact *i) { return phase_duration(i); }
+static double find_phase_end(Impact *i)
+{
+    while (i->phase == CONTACT && contact_extend(&i->contact)) continue;
+    return phase_duration(i);
+}
 #endif
 
-/* Go on to the next phase, with these inputs; not from flight. */
-static void begin_next_phase(Impact *i, const Parameters *p, Inputs inputs)
+/* Go on to the next phase, with these inputs, or to the next piece of a contact; not from flight.
+   Returns whether that can be computed. */
+static int begin_next_phase(Impact *i, const Parameters *p, Inputs inputs)
 {
     if (i->phase == APPROACH) {
         begin_touch(i, p, inputs);
-        return;
+        if (!contact_failure(&i->contact).reason) return 1;
+        i->phase = APPROACH;
+        return 0;
     }
+    if (contact_extend(&i->contact)) return 1;
+    if (contact_failure(&i->contact).reason) return 0;
     double duration = i->contact.duration;
     Motion end = contact_end(&i->contact);
     begin_flight(i, added(i->begin, duration), duration, end, inputs.club_force);
+    return 1;
 }
 
-/* Go on to the phase that holds an instant, under these inputs. */
-static void advance(Impact *i, const Parameters *p, Inputs inputs, Instant instant)
+/* Go on to the phase that holds an instant, under these inputs; returns whether that can be
+   computed. */
+static int advance(Impact *i, const Parameters *p, Inputs inputs, Instant instant)
 {
-    while (since(phase_begin(i), instant) >= phase_duration(i)) begin_next_phase(i, p, inputs);
+    while (since(phase_begin(i), instant) >= phase_duration(i))
+        if (!begin_next_phase(i, p, inputs)) return 0;
+    return 1;
 }
 
 /* Positions, velocities and compression at an instant of an approach or of flight. */
@@ -287,6 +302,7 @@ static int change_contact(Impact *i, const Parameters *p, Inputs inputs, Instant
     if (!(force <= 0.0) || (!d && closing > 0.0)) {
         i->before = results_until(i, t);
         begin_contact(i, p, acting, instant, motion);
+        if (contact_failure(&i->contact).reason) return NOT_COMPUTED;
     } else {
         begin_flight(i, instant, t, motion, inputs.club_force);
     }
@@ -294,7 +310,7 @@ static int change_contact(Impact *i, const Parameters *p, Inputs inputs, Instant
 }
 
 /* Go on with other inputs from an instant on; a touch at this very instant hasn't been passed yet.
-   Returns whether they have an effect on the impact as it is. */
+   Returns whether they have an effect on the impact as it is; NOT_COMPUTED if that can't be computed. */
 static int change_inputs(Impact *i, const Parameters *p, Inputs before, Inputs inputs, Instant instant)
 {
     if (is_undecided(i, instant)) {
@@ -303,7 +319,7 @@ static int change_inputs(Impact *i, const Parameters *p, Inputs before, Inputs i
         if (inputs.club_speed != before.club_speed) change_speed(i, p, inputs.club_speed, instant);
         return 1;
     }
-    advance(i, p, before, instant);
+    if (!advance(i, p, before, instant)) return NOT_COMPUTED;
     if (i->phase == CONTACT) return change_contact(i, p, inputs, instant);
     if (i->phase == APPROACH || inputs.club_force == i->flight.club_force) return 0;
     change_club_force(&i->flight, p, inputs.club_force, instant);
@@ -317,7 +333,7 @@ static double contact_lasted(const Impact *i, Instant instant)
 }
 
 /* Mean contact force, N, over the last `step` seconds, however short they are. */
-static double mean_force(const Impact *i, Instant instant, double step)
+static double mean_force(Impact *i, Instant instant, double step)
 {
     if (i->phase == APPROACH || !step) return 0.0;
     double end = contact_lasted(i, instant);

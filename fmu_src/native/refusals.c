@@ -14,24 +14,31 @@ typedef struct {
     int place;
     Type type;
     double numbers[7];
+    int is_change; /* of k and b, the last two numbers, to a contact that can't be computed */
 } Refusal;
 
-static const Refusal ACCEPTED = {FINE, 0, REAL, {0.0}};
+static const Refusal ACCEPTED = {FINE, 0, REAL, {0.0}, 0};
 
 static Refusal refusal(Reason reason, double a, double b)
 {
-    return (Refusal){reason, 0, REAL, {a, b}};
+    return (Refusal){reason, 0, REAL, {a, b}, 0};
 }
 
 static Refusal refusal_of(int place, double value)
 {
-    return (Refusal){OUT_OF_RANGE, place, TABLE[place].type, {value}};
+    return (Refusal){OUT_OF_RANGE, place, TABLE[place].type, {value}, 0};
 }
 
 /* The place of a variable in the table; -1: there is none with this value reference. */
 static int place_of(uint32_t reference)
 {
     return reference < sizeof PLACES ? PLACES[reference] : -1;
+}
+
+static Refusal refusal_of_failure(Failure failure)
+{
+    const double *n = failure.numbers;
+    return (Refusal){failure.reason, 0, REAL, {n[0], n[1], n[2]}, 0};
 }
 
 /* VALUES */
@@ -58,7 +65,7 @@ static Refusal refusal_of_powers(const Parameters *p, Inputs inputs)
     double omega = sqrt(inputs.k / (p->m_club * (p->m_ball / total)));
     double reach = pow(m * closing / omega, 1.0 / m) * pow(d_r, 1.0 - 1.0 / m);
     if (0.0 < reach && reach <= LARGEST && closing <= LARGEST * reach) return ACCEPTED;
-    return (Refusal){EXTREME_POWERS, 0, REAL, {n, d_r, inputs.k, closing, reach}};
+    return (Refusal){EXTREME_POWERS, 0, REAL, {n, d_r, inputs.k, closing, reach}, 0};
 }
 
 /* Why these values, each of them allowed, are rejected together. */
@@ -72,7 +79,7 @@ static Refusal conflict(const Parameters *p, Inputs inputs)
     if (is_extreme(p, inputs))
         return (Refusal){EXTREME_VALUES, 0, REAL,
                          {inputs.k, inputs.b, p->m_club, p->m_ball, inputs.club_speed,
-                          p->ball_speed, p->gap}};
+                          p->ball_speed, p->gap}, 0};
     if (fabs(inputs.club_force) > LARGEST * p->m_club)
         return refusal(EXTREME_FORCE, inputs.club_force, 0.0);
     return p->law == RELATIVE ? refusal_of_powers(p, inputs) : ACCEPTED;
@@ -87,7 +94,7 @@ static Refusal refusal_of_touch(const Parameters *p, double club_speed)
     double coefficient = p->restitution_at_rest - p->restitution_slope * closing;
     if (LEAST_RESTITUTION <= coefficient && coefficient <= 1.0) return ACCEPTED;
     return (Refusal){TOUCH, 0, REAL,
-                     {club_speed, p->restitution_at_rest, p->restitution_slope, closing, coefficient}};
+                     {club_speed, p->restitution_at_rest, p->restitution_slope, closing, coefficient}, 0};
 }
 
 /* NUMBERS: without the C library, whose decimal point depends on the host's locale */
@@ -232,7 +239,7 @@ static void name_of(Text *t, double reference)
     put_sentence(t, SENTENCES[NO_VARIABLE], words);
 }
 
-static void put_refusal(Text *t, const Refusal *r)
+static void put_reason(Text *t, const Refusal *r)
 {
     char texts[7][NUMBER_SIZE], name[64] = "";
     const char *words[7] = {NULL}, *sentence = SENTENCES[r->reason];
@@ -260,4 +267,21 @@ static void put_refusal(Text *t, const Refusal *r)
     default: break;
     }
     put_sentence(t, sentence, words);
+}
+
+static void put_refusal(Text *t, const Refusal *r)
+{
+    char reason[1024] = "", k[NUMBER_SIZE], b[NUMBER_SIZE];
+    Text texts[3] = {{reason, reason + sizeof reason - 1},
+                     {k, k + sizeof k - 1},
+                     {b, b + sizeof b - 1}};
+    const char *words[] = {k, b, reason};
+    if (!r->is_change) {
+        put_reason(t, r);
+        return;
+    }
+    put_reason(&texts[0], r);
+    put_number(&texts[1], r->numbers[5], 0);
+    put_number(&texts[2], r->numbers[6], 0);
+    put_sentence(t, SENTENCES[CHANGE_REFUSED], words);
 }
