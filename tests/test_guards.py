@@ -13,6 +13,7 @@ from golf_physics.companions.launch import Launch
 from golf_physics.companions.swing import Swing
 from golf_physics.component.component import Component
 from golf_physics.component.hybrid import HybridComponent
+from golf_physics.component.state import Snapshot
 from golf_physics.instance import Instance, RefusedError
 from golf_physics.laws import LAWS, Law, integrated
 from golf_physics.laws.closed_form import ClosedFormContact
@@ -190,10 +191,11 @@ def test_the_start_time_is_finite():
     assert messages[0].sentence == "start time = nan s is refused: it must be a finite number"
 
 
-def changed_state(component, *places, value):
+def changed_state(component, name, *places, value):
     """A serialized state with another value at a place, and the right checksum."""
     content = json.loads(Component.packed(component.snapshot()))[:-1]
-    inner = content
+    places = (1 + Snapshot._fields.index(name), *places)
+    inner = content[1]
     for place in places[:-1]:
         inner = inner[place]
     inner[places[-1]] = value(inner[places[-1]])
@@ -203,14 +205,21 @@ def changed_state(component, *places, value):
 @pytest.mark.parametrize(
     ("places", "value"),
     [
-        ((1, 0), lambda k: -1.0),  # an input
-        ((2,), lambda mode: 7),
-        ((-2,), lambda count: -1.0),
-        ((-1, -1), lambda size: -1e-4),
-        ((-1, 2, 0), lambda k: -1.0),  # that of the steps
-        ((-1, 1, 5, 5), lambda compression: -compression),  # at a change in contact
+        (("values", 0), lambda k: -1.0),
+        (("values",), lambda values: values[1:]),
+        (("mode",), lambda mode: 7),
+        (("steps",), lambda steps: -1.0),
+        (("size",), lambda size: -1e-4),
+        (("begin", 0), lambda high: 1e200),
+        (("inputs", 1), lambda k: -1.0),
+        (("inputs",), lambda inputs: None),
+        (("impact",), lambda impact: None),
+        (("impact", 1, 2), lambda m_ball: 1e300),
+        (("impact", 2, 1), lambda k: 0.0),
+        (("impact", 5, 5), lambda compression: -compression),
+        (("impact", 0), lambda name: "Approach"),
+        (("impact", 0), lambda name: "Instance"),
     ],
-    ids=["input", "mode", "count", "size", "input of steps", "compression"],
 )
 def test_states_that_no_instance_has_are_refused(places, value):
     component = initialized(report=pytest.fail)

@@ -18,6 +18,7 @@ from golf_physics.component.hybrid import HybridComponent
 from golf_physics.variables import VARIABLES
 from instances import begin, get_all, mutated, put, with_checksum
 
+REALS = [row.reference for row in VARIABLES if (row.causality, row.type) == ("output", "Real")]
 POINTS = 400
 STEP = 2e-6  # the contact lasts about 300 of these
 
@@ -138,6 +139,48 @@ def test_states_of_any_content_are_refused_or_restored(seed):
                 component.step_to_event(1.0, 1e-4, True)
                 solve(component, 2.0)
     assert 0.1 < accepted / tried < 0.6
+
+
+def random_run(rng):
+    """Values, and steps (s) with the inputs set before each."""
+    values = {"law": rng.choice([1, 2]), "b": rng.choice([0.0, rng.uniform(1.0, 60.0)])}
+    values["gap"] = rng.choice([0.0, 1e-4])
+    if values["law"] == 2 and rng.random() < 0.7:
+        values["exponent"] = rng.choice([1.5, rng.uniform(1.0, 3.0)])
+    values["club_force"] = rng.choice([0.0, rng.uniform(-500.0, 800.0)])
+    chances = {
+        "k": (0.2, (5e5, 2e6)),
+        "b": (0.1, (0.0, 60.0)),
+        "club_force": (0.3, (-500.0, 800.0)),
+    }
+    steps = []
+    for _ in range(rng.randint(1, 8)):
+        inputs = {n: rng.uniform(*span) for n, (p, span) in chances.items() if rng.random() < p}
+        steps.append((rng.choice([2e-5, 1e-4, 3e-4]), inputs))
+    return values, steps
+
+
+@pytest.mark.parametrize("seed", some(2, range(40), 12))
+def test_the_first_read_of_a_restored_state(seed):
+    """A phase is a value: what an instance reads doesn't depend on what was read before."""
+    rng = random.Random(seed)
+    for _ in range(5):
+        values, steps = random_run(rng)
+        kind, time, expected, saved = rng.choice([Component, HybridComponent]), 0.0, [], []
+        component = initialized(kind, **values)
+        for size, inputs in steps:
+            components.put(component, **inputs)
+            assert component.step(time, size)
+            time += size
+            # Some of the states are of an instance that has never been read.
+            if rng.random() < 0.6:
+                expected.append((component.reals(REALS), len(saved)))
+            saved.append(kind.packed(component.snapshot()))
+        expected.append((component.reals(REALS), len(saved) - 1))
+        for reals, place in expected:
+            other = kind(pytest.fail)
+            other.restore(kind.unpacked(saved[place]))
+            assert other.reals(REALS) == reals, (values, steps, place)
 
 
 def test_runs_of_a_restored_initialization_equal_those_of_fresh_instances():

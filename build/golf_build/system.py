@@ -53,9 +53,16 @@ class {model}(CompanionAdapter):
 '''
 
 
+#: What every companion needs of golf_physics.
+_SHARED = (
+    "companions/companion", "companions/__init__", "numerics/ode", "numerics/events",
+    "numerics/chebyshev", "numerics/__init__", "codec", "values",
+)  # fmt: skip
+
+
 def _companion(name: str, *modules: str) -> Builder:
     """The FMU of these modules, whose variables are in the .toml file beside the first of them."""
-    modules = *modules, "companions/companion", "companions/__init__", "codec", "values"
+    modules = *modules, *_SHARED
     sources = [f"golf_physics/{module}.py" for module in modules]
     table = fmu_source(sources[0]).with_suffix(".toml").read_text("utf-8")
     (_, description), *groups = tomllib.loads(table).items()
@@ -76,11 +83,9 @@ def _companion(name: str, *modules: str) -> Builder:
 
 #: The companions by name.
 COMPANIONS = {
-    "Swing": _companion(
-        "Swing", "companions/swing", "companions/double_pendulum", "companions/taylor"
-    ),
-    "Launch": _companion("Launch", "companions/launch", "companions/taylor", "restitution"),
-    "BallFlight": _companion("BallFlight", "companions/ball_flight", "companions/taylor"),
+    "Swing": _companion("Swing", "companions/swing", "companions/double_pendulum"),
+    "Launch": _companion("Launch", "companions/launch", "restitution"),
+    "BallFlight": _companion("BallFlight", "companions/ball_flight"),
 }
 
 

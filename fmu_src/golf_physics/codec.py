@@ -1,90 +1,86 @@
-"""States of instances as bytes: a JSON list that ends with a checksum, checked item by item."""
+"""States as bytes: a JSON list of a version, a value and a checksum.
+
+A value is None, a bool, number or string, a tuple or dictionary of values, a named tuple, or an
+object that has the `arguments` of its constructor.
+"""
 
 import json
 from binascii import crc32
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable
+from functools import cache
 from math import isfinite
-from typing import Any
+from types import UnionType
+from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
+
+#: Annotates a float that may be infinite or NaN.
+Real = Annotated[float, "any"]
 
 
-def real(item: Any) -> bool:
-    """Whether an item is a number, finite or not."""
-    return type(item) is float or finite(item)
+@cache
+def _types(class_: Any) -> list[Any]:
+    """By which the class annotates the arguments of its objects."""
+    fields = getattr(class_, "_fields", ())
+    hints = get_type_hints(class_ if fields else class_.__init__, include_extras=True)
+    return [hints[name] for name in fields or hints if name != "return"]
 
 
-def finite(item: Any) -> bool:
-    """Whether an item is a finite number; OverflowError: it leaves the range of a double."""
-    return type(item) in (int, float) and isfinite(item)
+def fits(value: Any, type_: Any) -> bool:
+    """Whether a value is of an annotated type; a float is finite, a `Real` is any number."""
+    origin, types = get_origin(type_), get_args(type_)
+    if type_ in (float, Real):
+        if type(value) is int:
+            return abs(value) < 2**53
+        return type(value) is float and (isfinite(value) or type_ is not float)
+    if origin in (Union, UnionType):
+        return any(fits(value, one) for one in types)
+    if origin is tuple and types[-1] is not ...:
+        return type(value) is tuple and len(value) == len(types) and all(map(fits, value, types))
+    if origin in (tuple, dict):
+        items = value.values() if type(value) is dict else value
+        return type(value) is origin and all(fits(item, types[origin is dict]) for item in items)
+    return type_ is Any or isinstance(value, type_)
 
 
-def check(items: Sequence[Any], kinds: Sequence[Any]) -> None:
-    """ValueError unless the items are of these kinds.
-
-    A kind is a class, a function that says whether an item fits, None, a list with the kinds of a
-    tuple's items, or a tuple of kinds to choose from.
-    """
-    if len(items) != len(kinds) or not all(map(fits, items, kinds)):
-        raise ValueError("another content")
-
-
-def fits(item: Any, kind: Any) -> bool:
-    """Whether an item is of a kind; see `check`."""
-    if isinstance(kind, tuple):
-        return any(fits(item, one) for one in kind)
-    if isinstance(kind, list):
-        alike = isinstance(item, tuple) and len(item) == len(kind)
-        return alike and all(map(fits, item, kind))
-    if kind is None:
-        return item is None
-    return isinstance(item, kind) if isinstance(kind, type) else kind(item)
-
-
-def plain(value: Any) -> Any:
-    """A value for JSON: of an object the name of its class and its arguments, as a list.
-
-    These are the items of a named tuple; others have them as `arguments`.
-    """
-    if isinstance(value, dict):
-        return {name: plain(item) for name, item in value.items()}
+def _plain(value: Any) -> Any:
+    if type(value) is dict:
+        return {name: _plain(item) for name, item in value.items()}
     arguments = getattr(value, "arguments", value)
-    if arguments is not value or hasattr(value, "_fields"):
-        return [type(value).__name__, *map(plain, arguments)]
-    return [*map(plain, value)] if isinstance(value, tuple) else value
+    if not isinstance(arguments, tuple):
+        return value
+    items = [*map(_plain, arguments)]
+    return items if type(value) is tuple else [type(value).__name__, *items]
 
 
-def revived(item: Any, shapes: Mapping[str, tuple[Callable, Sequence[Any]]]) -> Any:
-    """The value that became this, by `plain` and JSON; ValueError: it has another content.
-
-    `shapes` has what makes an object of a class, by its name, and the kinds of the arguments.
-    """
-    if isinstance(item, dict):
-        return {name: revived(value, shapes) for name, value in item.items()}
-    if not isinstance(item, list):
-        return item
-    values = tuple(revived(value, shapes) for value in item)
-    if not (values and isinstance(values[0], str) and values[0] in shapes):
-        return values
-    make, kinds = shapes[values[0]]
-    check(values[1:], kinds)
-    return make(*values[1:])
-
-
-def _with_checksum(body: bytes) -> bytes:
-    """A JSON list from all but its end."""
+def packed(version: str, value: Any) -> bytes:
+    """A value as bytes; those of another version are refused, so it changes with their layout."""
+    body = json.dumps([version, _plain(value)])[:-1].encode()
     return body + f", {crc32(body)}]".encode()
 
 
-def packed(items: Iterable[Any]) -> bytes:
-    """Values as bytes."""
-    return _with_checksum(json.dumps([*map(plain, items)])[:-1].encode())
+def unpacked(version: str, data: bytes, classes: Iterable[type], check: Callable) -> Any:
+    """The value that became these bytes; None if they are damaged or of another version.
 
+    Objects are made by these classes alone, from arguments of the annotated types, and after
+    `check`, which is called with class and arguments and raises ValueError where they are wrong.
+    """
+    known = {class_.__name__: class_ for class_ in classes}
 
-def unpacked(data: bytes, made: Callable[[list], Any]) -> Any:
-    """What is made of the list that became these bytes; None: they are damaged, or it refuses."""
+    def made(item: Any) -> Any:
+        if isinstance(item, dict):
+            return {name: made(value) for name, value in item.items()}
+        class_ = known.get(str(item[0])) if isinstance(item, list) and item else None
+        if class_ is None:
+            return tuple(map(made, item)) if isinstance(item, list) else item
+        arguments, types = [*map(made, item[1:])], _types(class_)
+        if len(arguments) != len(types) or not all(map(fits, arguments, types)):
+            raise ValueError(f"no arguments of {class_.__name__}")
+        check(class_, arguments)
+        return class_(*arguments)
+
     body = data.rpartition(b", ")[0]
-    if data != _with_checksum(body):
-        return None
     try:
-        return made(json.loads(body + b"]"))
-    except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError):
+        intact = data == body + f", {crc32(body)}]".encode()
+        found, item = json.loads(body + b"]") if intact else (None, None)
+        return made(item) if found == version else None
+    except (ArithmeticError, LookupError, RecursionError, TypeError, ValueError):
         return None

@@ -7,7 +7,7 @@ the same impact in another process.
 
 from math import inf
 from operator import attrgetter
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 from .laws import LAWS
 from .values import START, Inputs, Instant, Motion, Parameters, State, added, new
@@ -15,9 +15,9 @@ from .values import START, Inputs, Instant, Motion, Parameters, State, added, ne
 #: Of a host's clock, relative.
 RESOLUTION = 2.0**-52
 
-#: So many contact phases are kept until their results are computed: a host that changes k or b at
-#: every step may never read them.
-_PENDING = 64
+#: So many contact phases wait for their results to be computed: a host that changes k or b at every
+#: step may never read them.
+_MOST_WAITING = 64
 
 
 class Touch(NamedTuple):
@@ -41,65 +41,22 @@ class Results(NamedTuple):
 _NONE_YET = Results()
 
 
-class AnyImpact(Protocol):
-    """What outputs read: an `Impact`, or in Model Exchange a `SolvedImpact`.
-
-    `last` below is the last contact phase; t is how long it has lasted, s.
-    """
-
-    @property
-    def parameters(self) -> Parameters: ...
-    @property
-    def touch(self) -> Touch | None: ...
-    @property
-    def in_contact(self) -> bool: ...
-    @property
-    def velocities(self) -> tuple[float, float]:
-        """Of club and ball, m/s: before touch, or at separation."""
-
-    @property
-    def is_pushed(self) -> bool:
-        """Whether the velocities may have changed since separation."""
-
-    @property
-    def x_end(self) -> float:
-        """Position of the ball when the contact ended, m."""
-
-    def state(self, instant: Instant) -> State:
-        """Contact force, positions, velocities and compression at an instant of the phase."""
-
-    def last(self, instant: Instant) -> "tuple[AnyImpact, float] | None":
-        """The last contact phase and t, or None before touch."""
-
-    def contact_time(self, t: float) -> float:
-        """Total time in contact, s."""
-
-    def peak_force(self, t: float) -> tuple[float, float]:
-        """The largest contact force, N, and its time since first touch, s."""
-
-    def peak_compression(self, t: float) -> float:
-        """The largest compression, m."""
-
-    def total_impulse(self, t: float) -> float:
-        """Impulse of the contact force so far, N.s."""
-
-    def impulse_of_step(self, instant: Instant, step: float) -> float:
-        """Impulse of the contact force over the last `step` seconds, N.s, however short it is."""
-
-
 class Impact:
     """An impact from the start of one of its phases on."""
 
-    __slots__ = ("begin", "duration", "parameters", "touch")
+    __slots__ = ()
 
-    in_contact = is_pushed = False
+    in_contact = False
+    is_pushed = False  #: whether the velocities may have changed since separation
     parameters: Parameters
     begin: Instant  #: of the phase
     duration: float  #: of the phase, s; inf if it doesn't end
     touch: Touch | None
     motion: Motion  #: at the start of a phase; the compression is below 0 before touch
+    velocities: tuple[float, float]  #: of club and ball, m/s: before touch, or at separation
+    at_separation: Motion | None = None
     #: Of that compression, below the resolution of a double, m.
-    low_part = 0.0
+    compression_low = 0.0
 
     @staticmethod
     def start(parameters: Parameters, club_speed: float) -> "Approach":
@@ -129,27 +86,32 @@ class Impact:
         """Evaluate the phase until its `duration` is known."""
 
     def state(self, instant: Instant) -> State:
+        """Contact force, positions, velocities and compression at an instant of the phase."""
         t = self.since_begin(instant)
         _, x_ball, v_club, v_ball, compression, closing = self.motion
         x_ball += v_ball * t
-        compression += self.low_part + closing * t
+        compression += self.compression_low + closing * t
         # Bodies that close aren't compressed yet, whatever the rounding.
         left = compression if compression > 0.0 >= closing else 0.0
         return [0.0, x_ball + compression, x_ball, v_club, v_ball, left]
 
-    def last(self, instant: Instant) -> "tuple[Contact, float] | None":
+    def last_contact(self, instant: Instant) -> tuple[Any, float] | None:
+        """The last contact phase and how long it has lasted, s; None before touch."""
         return None
 
-    def impulse_of_step(self, instant: Instant, step: float) -> float:
-        last = self.last(instant)
-        if last is None:
+    def mean_force(self, instant: Instant, step: float) -> float:
+        """Mean contact force, N, over the last `step` seconds, however short they are."""
+        last = self.last_contact(instant)
+        if last is None or not step:
             return 0.0
         contact, end = last
         # From the start of the phase: the difference of two late times would lose all digits.
         begin = self.since_begin(added(instant, -step))
         whole = contact is self and begin > 0.0
         begin = max(0.0, begin if contact is self else begin + end)
-        return contact.phase.impulse(begin, step if whole else end - begin) if begin < end else 0.0
+        if not begin < end:
+            return 0.0
+        return contact.phase.impulse(begin, step if whole else end - begin) / step
 
 
 def advance(impact: Impact, inputs: Inputs, instant: Instant) -> Impact:
@@ -160,7 +122,8 @@ def advance(impact: Impact, inputs: Inputs, instant: Instant) -> Impact:
     high, low = instant
     while True:
         begin, begin_low = impact.begin
-        if (high - begin) + (low - begin_low) < impact.duration:
+        # Not of NaN, in Model Exchange.
+        if not (high - begin) + (low - begin_low) >= impact.duration:
             return impact
         impact = impact.following(inputs)
 
@@ -174,14 +137,15 @@ def _acting(p: Parameters, inputs: Inputs, closing: float) -> Inputs:
 class Approach(Impact):
     """The bodies before first touch.
 
-    At its start the ball is at x_ball (m); compression and low_part (m) add up to minus the
+    At its start the ball is at x_ball (m); compression and compression_low (m) add up to minus the
     distance.
     """
 
-    __slots__ = ("_at_touch", "low_part", "motion", "velocities")
+    __slots__ = (
+        "_at_touch", "begin", "compression_low", "duration", "motion", "parameters", "velocities",
+    )  # fmt: skip
 
     touch = None
-    x_end = 0.0
     #: The touch and the motion there, once they have been found: many impacts may begin with one
     #: approach, restored again and again.
     _at_touch: tuple[Touch, Motion] | None
@@ -189,21 +153,21 @@ class Approach(Impact):
     @property
     def arguments(self) -> tuple:
         motion = self.motion
-        start = motion.x_ball, motion.compression, self.low_part
+        start = motion.x_ball, motion.compression, self.compression_low
         return self.parameters, motion.v_club, self.begin, *start
 
     def __init__(
         self, parameters: Parameters, club_speed: float, begin: Instant, x_ball: float,
-        compression: float, low_part: float,
+        compression: float, compression_low: float,
     ) -> None:  # fmt: skip
-        self.parameters, self.begin, self.low_part = parameters, begin, low_part
+        self.parameters, self.begin, self.compression_low = parameters, begin, compression_low
         self._at_touch = None
         v_ball = parameters.ball_speed
         closing = club_speed - v_ball
         x_club = x_ball + compression
         self.motion = new(Motion, (x_club, x_ball, club_speed, v_ball, compression, closing))
         self.velocities = club_speed, v_ball
-        gap = -(compression + low_part)
+        gap = -(compression + compression_low)
         self.duration = (gap if gap > 0.0 else 0.0) / closing if closing > 0.0 else inf
 
     def following(self, inputs: Inputs) -> "Contact":
@@ -237,45 +201,49 @@ class Approach(Impact):
         if t >= duration:
             return Approach(p, club_speed, instant, x_ball + v_ball * duration, 0.0, 0.0)
         # Without loss: a speed that changes at 10⁶ points still closes the right gap.
-        moved = added((compression, self.low_part), closing * t)
+        moved = added((compression, self.compression_low), closing * t)
         return Approach(p, club_speed, instant, x_ball + v_ball * t, *moved)
 
 
 class Contact(Impact):
     """The bodies in contact, from touch or from a change of inputs on; `inputs` are those that act.
 
-    `before` has the results of the contact phases before; or the last of these, how long it has
-    lasted (s), and how many they are.
+    `previous` are the results of the contact phases before; or the last of these, how long it has
+    lasted (s), and how many wait for their results.
     """
 
-    __slots__ = ("_before", "inputs", "motion", "phase")
+    __slots__ = (
+        "_previous", "begin", "duration", "inputs", "motion", "parameters", "phase", "touch",
+    )  # fmt: skip
 
     in_contact = True
     touch: Touch
-    arguments = property(attrgetter("parameters", "inputs", "begin", "touch", "motion", "before"))
+    arguments = property(
+        attrgetter("parameters", "inputs", "begin", "touch", "motion", "results_before")
+    )
     b = property(attrgetter("inputs.b"))
     club_force = property(attrgetter("inputs.club_force"))
 
     def __init__(
         self, parameters: Parameters, inputs: Inputs, begin: Instant, touch: Touch,
-        motion: Motion, before: "Results | tuple[Contact, float, int]",
+        motion: Motion, previous: "Results | tuple[Contact, float, int]",
     ) -> None:  # fmt: skip
         self.parameters, self.inputs, self.begin = parameters, inputs, begin
-        self.touch, self.motion, self._before = touch, motion, before
+        self.touch, self.motion, self._previous = touch, motion, previous
         self.phase = LAWS[parameters.law].contact(parameters, inputs, motion)
         self.duration = self.phase.duration
 
     @property
-    def before(self) -> Results:
-        """Results of the contact phases before this one, found on demand."""
-        contact, pending = self, []
-        while not isinstance(before := contact._before, Results):
-            pending.append((contact, before))
-            contact = before[0]
+    def results_before(self) -> Results:
+        """Results of the contact phases before this one, computed on demand."""
+        contact, waiting = self, []
+        while not isinstance(previous := contact._previous, Results):
+            waiting.append((contact, previous))
+            contact = previous[0]
         # In order, so that none of them looks further back than at the one before it.
-        for contact, (last, lasted, _) in reversed(pending):
-            contact._before = before = last.results(lasted)
-        return before
+        for contact, (last, lasted, _) in reversed(waiting):
+            contact._previous = previous = last.results(lasted)
+        return previous
 
     def find_end(self) -> None:
         while self.phase.extend():
@@ -314,10 +282,10 @@ class Contact(Impact):
         motion = new(Motion, (x_club, x_ball, v_club, v_ball, d, closing))
         # Not of NaN, which the new phase refuses.
         if not law.force(p, k, b, d, closing) <= 0.0 or (not d and closing > 0.0):
-            last = self._before
-            pending = 1 if isinstance(last, Results) else last[2] + 1
-            before = (self, t, pending) if pending < _PENDING else self.results(t)
-            return Contact(p, inputs, instant, touch, motion, before)
+            last = self._previous
+            waiting = 1 if isinstance(last, Results) else last[2] + 1
+            previous = (self, t, waiting) if waiting < _MOST_WAITING else self.results(t)
+            return Contact(p, inputs, instant, touch, motion, previous)
         return Flight(self, instant, t, motion, club_force)
 
     def clamp(self, state: State, t: float) -> None:
@@ -346,21 +314,25 @@ class Contact(Impact):
         self.clamp(state, t)
         return state
 
-    def last(self, instant: Instant) -> "tuple[Contact, float]":
+    def last_contact(self, instant: Instant) -> "tuple[Contact, float]":
         return self, self.elapsed(instant)
 
     def results(self, t: float) -> Results:
         """Results until t, s since the start of the phase."""
-        time, most, when, compression, impulse = self.before
+        time, most, when, compression, impulse = self.results_before
         largest, deepest, more = self.phase.totals(t)
         peak = self._later_peak(time, most, when, *largest)
         return Results(time + t, *peak, max(compression, deepest), impulse + more)
 
+    # Results until t, s since the start of the phase.
+
     def contact_time(self, t: float) -> float:
-        return self.before.contact_time + t
+        """Total time in contact, s."""
+        return self.results_before.contact_time + t
 
     def peak_force(self, t: float) -> tuple[float, float]:
-        time, most, when, _, _ = self.before
+        """The largest contact force, N, and its time since first touch, s."""
+        time, most, when, _, _ = self.results_before
         return self._later_peak(time, most, when, *self.phase.largest("force", t))
 
     @staticmethod
@@ -375,33 +347,41 @@ class Contact(Impact):
         return most, when
 
     def peak_compression(self, t: float) -> float:
-        return max(self.before.max_compression, self.phase.largest("d", t)[0])
+        """The largest compression, m."""
+        return max(self.results_before.max_compression, self.phase.largest("d", t)[0])
 
     def total_impulse(self, t: float) -> float:
-        return self.before.impulse + self.phase.impulse(0.0, t)
+        """Impulse of the contact force so far, N.s."""
+        return self.results_before.impulse + self.phase.impulse(0.0, t)
 
 
 class Flight(Impact):
     """The bodies after a contact that lasted so long (s), free, under a force on the club head (N).
 
     `motion` is that at its start; None where the contact ended by itself. `first` is the flight
-    from separation on, if the force has changed since.
+    from separation on, if the force has changed since. While the ball `recovers` its compression
+    falls; once it has vanished, or would grow, it stays 0: there is no second contact.
     """
 
-    __slots__ = ("_motion", "club_force", "contact", "first", "lasted", "velocities")
+    __slots__ = (
+        "_motion", "begin", "club_force", "contact", "first", "lasted", "parameters", "recovers",
+        "touch", "velocities",
+    )  # fmt: skip
 
-    velocities: tuple[float, float]
     touch: Touch
     duration = inf
-    arguments = property(attrgetter("contact", "begin", "lasted", "motion", "club_force", "first"))
+    arguments = property(
+        attrgetter("contact", "begin", "lasted", "motion", "club_force", "first", "recovers")
+    )
 
     def __init__(
         self, contact: Contact, begin: Instant, lasted: float, motion: Motion | None,
-        club_force: float, first: "Flight | None" = None,
+        club_force: float, first: "Flight | None" = None, recovers: bool = True,
     ) -> None:  # fmt: skip
         self.parameters, self.touch = contact.parameters, contact.touch
         self.contact, self.begin, self.lasted = contact, begin, lasted
         self._motion, self.club_force, self.first = motion, club_force, first
+        self.recovers = recovers
         if first is not None:
             self.velocities = first.velocities
         else:
@@ -421,19 +401,17 @@ class Flight(Impact):
     def state(self, instant: Instant) -> State:
         high, low = self.begin
         t = (instant[0] - high) + (instant[1] - low)
-        _, x_ball, v_club, v_ball, compression, closing = self._motion or self.motion
+        _, x_ball, v_club, v_ball, distance, closing = self._motion or self.motion
         x_ball += v_ball * t
         if not self.club_force and self.first is None:
-            compression += closing * t
-            left = compression if compression > 0.0 >= closing else 0.0
-            return [0.0, x_ball + compression, x_ball, v_club, v_ball, left]
+            distance += closing * t
+            left = distance if distance > 0.0 >= closing else 0.0
+            return [0.0, x_ball + distance, x_ball, v_club, v_ball, left]
         gained = self.club_force / self.parameters.m_club * t
-        decays = compression > 0.0 >= closing + gained
-        compression += (closing + 0.5 * gained) * t
-        # A compression that has vanished, or begun to grow again, isn't one any more: there is no
-        # second contact.
-        left = compression if decays and compression > 0.0 else 0.0
-        return [0.0, x_ball + compression, x_ball, v_club + gained, v_ball, left]
+        falls = self.recovers and distance > 0.0 >= closing + gained
+        distance += (closing + 0.5 * gained) * t
+        left = distance if falls and distance > 0.0 else 0.0
+        return [0.0, x_ball + distance, x_ball, v_club + gained, v_ball, left]
 
     def changed(self, inputs: Inputs, instant: Instant) -> "Flight":
         """The impact with other inputs from this instant on."""
@@ -447,14 +425,14 @@ class Flight(Impact):
         closing = self.motion.closing + self.club_force / self.parameters.m_club * t
         motion = Motion(x_club, x_ball, v_club, v_ball, left or x_club - x_ball, closing)
         first = self if self.first is None else self.first
-        return Flight(self.contact, instant, self.lasted, motion, club_force, first)
+        return Flight(self.contact, instant, self.lasted, motion, club_force, first, left > 0.0)
 
     @property
-    def x_end(self) -> float:
-        return (self.first or self).motion.x_ball
+    def at_separation(self) -> Motion:  # type: ignore[override]
+        return (self.first or self).motion
 
-    def last(self, instant: Instant) -> tuple[Contact, float]:
+    def last_contact(self, instant: Instant) -> tuple[Contact, float]:
         return self.contact, self.lasted
 
-    def impulse_of_step(self, instant: Instant, step: float) -> float:
-        return Impact.impulse_of_step(self.first or self, instant, step)
+    def mean_force(self, instant: Instant, step: float) -> float:
+        return Impact.mean_force(self.first or self, instant, step)

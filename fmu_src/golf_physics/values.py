@@ -15,27 +15,19 @@ class Inputs(NamedTuple):
     club_force: float  #: on the club head from first touch on, towards the ball, N
 
 
-class Parameters:
-    """The values, in the order of the table of variables, that initialization fixes (SI units)."""
+class Parameters(NamedTuple):
+    """What initialization fixes, in the order of the table of variables."""
 
-    __slots__ = (
-        "arguments", "ball_diameter", "ball_speed", "exponent", "gap", "law", "m_ball", "m_club",
-        "ordinary", "reference_compression", "restitution_at_rest", "restitution_slope",
-    )  # fmt: skip
-
-    def __init__(self, *values: Any) -> None:
-        self.arguments = values
-        # At once: a loop over the names would take four times as long.
-        (
-            self.m_club, self.m_ball, self.ball_diameter, self.ball_speed, self.gap, self.law,
-            self.exponent, self.reference_compression, self.restitution_at_rest,
-            self.restitution_slope,
-        ) = values  # fmt: skip
-        #: Far inside all bounds, and linear: no ordinary inputs lead out of them.
-        self.ordinary = (
-            1e-6 < self.m_club < 1e6 and 1e-6 < self.m_ball < 1e6 and self.gap < 1e30
-            and abs(self.ball_speed) < 1e30 and self.exponent == 1.0
-        )  # fmt: skip
+    m_club: float  #: kg
+    m_ball: float  #: kg
+    ball_diameter: float  #: m
+    ball_speed: float  #: m/s
+    gap: float  #: m
+    law: int
+    exponent: float
+    reference_compression: float  #: m
+    restitution_at_rest: float
+    restitution_slope: float  #: s/m
 
 
 class Refusal(NamedTuple):

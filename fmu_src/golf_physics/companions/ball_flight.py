@@ -22,33 +22,26 @@ of open grass (WMO-No. 8, Davenport's classes): no wind on the ground, `wind_spe
 The ball is launched when `separated` becomes true, with `ball_velocity`, `launch_angle` and
 `backspin`, from the instant of separation, touch_time + contact_time: not from the communication
 point after it. Nothing that acts on the ball later is unknown then, so the whole flight is solved
-at once by its Taylor series, piece by piece: the landing is a root of a polynomial, and the host's
-steps have no influence. `carry`, `apex` and `land_angle` are those of the whole flight from the
+at once (numerics/ode.py), landing included, and the host's steps have no influence. `carry`, `apex` and `land_angle` are those of the whole flight from the
 launch on.
 """
 
+from bisect import bisect_right
+from collections.abc import Sequence
 from functools import partial
-from math import atan2, cos, inf, isfinite, log, pi, sin, sqrt
+from math import atan2, cos, isfinite, log, pi, sin, sqrt
 from typing import ClassVar, NamedTuple
 
-from ..codec import finite
+from ..numerics.chebyshev import differentiate, interpolate
+from ..numerics.events import first_fall, maxima
+from ..numerics.ode import Panel, next_panel
 from .companion import Companion
-from .taylor import (
-    ORDER,
-    Series,
-    empty,
-    falls,
-    first_zero,
-    power,
-    product,
-    quotient,
-    reach,
-    slope,
-    value,
-)
 
-#: A flight of more pieces is refused.
-_PIECES = 1000
+#: A flight of more panels is refused.
+_MOST_PANELS = 1000
+
+#: Of the first panel, s.
+_FIRST_WIDTH = 0.1
 
 #: Of C_D and C_L: the ends of their parameters' names.
 _TERMS = ("constant", "spin", "spin_squared", "reynolds")
@@ -60,8 +53,8 @@ _ROUGHNESS = 0.03
 class Air(NamedTuple):
     """What acts on a ball, SI units."""
 
-    drag: tuple[float, ...]  #: k times C_D: constant, with S, with S^2, with v
-    lift: tuple[float, ...]  #: k times C_L: constant, with S, with S^2, with v^-2
+    drag: tuple[float, float, float, float]  #: k times C_D: constant, with S, with S^2, with v
+    lift: tuple[float, float, float, float]  #: k times C_L: constant, with S, with S^2, with v^-2
     decay: float  #: of the spin, 1/m
     gravity: float
     limit: float  #: of S
@@ -74,41 +67,21 @@ class Air(NamedTuple):
         return self._replace(drag=drag, lift=lift)
 
 
-def _series(air: Air, state: list[float]) -> list[Series]:
-    """The series of x, y, u, h (m, m/s), of the surface speed a = r w and of v (m/s) in time."""
-    x, y, u, h, a = ([one] for one in state)
-    # p: through the air. The latter two: k C_D v, k C_L v.
-    p, above, shear, squares, aa, drag, lift = u, [y[0] + _ROUGHNESS], *empty(5)
-    if air.wind:
-        p = [u[0] - air.wind * log(above[0] / _ROUGHNESS)]
-    v = [sqrt(p[0] * p[0] + h[0] * h[0])]
-    inverse = [1.0 / v[0]]
+def _airspeed(air: Air, y: float, u: float, h: float) -> tuple[float, float]:
+    """p and v: through the air, along the ground and in all, m/s."""
+    p = u - air.wind * log((y + _ROUGHNESS) / _ROUGHNESS)
+    return p, sqrt(p * p + h * h)
+
+
+def _slopes(air: Air, t: float, motion: Sequence[float]) -> tuple[float, float, float]:
+    """Of u, h and the surface speed a = r w (m/s): the equations of the module's text."""
+    _, y, u, h, a = motion
+    p, v = _airspeed(air, y, u, h)
     d0, d1, d2, d3 = air.drag
-    l0, l1, l2, l3 = air.lift if a[0] else (0.0,) * 4
-    for n in range(ORDER):
-        m = n + 1
-        squares.append(product(p, p, n) + product(h, h, n))
-        if n:
-            v.append(power(squares, 0.5, v, n))
-            inverse.append(power(squares, -0.5, inverse, n))
-        aa.append(product(a, a, n))
-        turning = product(aa, inverse, n)
-        drag.append(d0 * v[n] + d1 * a[n] + d2 * turning + d3 * squares[n])
-        lift.append(l0 * v[n] + l1 * a[n] + l2 * turning + l3 * inverse[n])
-        x.append(u[n] / m)
-        y.append(h[n] / m)
-        fall = air.gravity if n == 0 else 0.0
-        change = -(product(drag, p, n) + product(lift, h, n)) / m
-        rise = (product(lift, p, n) - product(drag, h, n) - fall) / m
-        if air.wind:
-            # The wind's slope in time over `air.wind`: h / (y + z).
-            shear.append(quotient(h, above, shear, n))
-            above.append(y[m])
-            p.append(change - air.wind * shear[n] / m)
-        u.append(change)
-        h.append(rise)
-        a.append(-air.decay * product(v, a, n) / m)
-    return [x, y, u, h, a, v]
+    l0, l1, l2, l3 = air.lift if a else (0.0,) * 4
+    drag = d0 * v + d1 * a + d2 * a * a / v + d3 * v * v
+    lift = l0 * v + l1 * a + l2 * a * a / v + l3 / v
+    return -(drag * p + lift * h), lift * p - drag * h - air.gravity, -air.decay * a * v
 
 
 class Flight:
@@ -136,47 +109,51 @@ class Flight:
     ) -> None:
         self.arguments = launch, speed, angle, surface_speed, air
         self.carry = self.apex = self.duration = self.land_angle = 0.0
-        #: Start (s since launch) and coefficients of x and y of each piece.
-        self._pieces: list[tuple[float, Series, Series]] = []
-        state = [0.0, 0.0, speed * cos(angle), speed * sin(angle), surface_speed]
-        start, held = 0.0, air.held()
-        beyond, crossed = surface_speed > air.limit * abs(speed), False
+        self._panels: list[Panel] = []
+        #: When the panels end, s since the launch: some before their end, where S crosses its limit.
+        self._ends: list[float] = []
+        motion = [0.0, 0.0, speed * cos(angle), speed * sin(angle), surface_speed]
+        beyond, t, width = surface_speed > air.limit * abs(speed), 0.0, _FIRST_WIDTH
+        scales = abs(speed), abs(speed), surface_speed or 1.0
         # On a level launch the ball leaves the ground if its lift exceeds its weight.
-        level = state[3] == 0.0 and speed != 0.0
-        if not (state[3] > 0.0 or (level and _series(held if beyond else air, state)[3][1] > 0.0)):
+        level = motion[3] == 0.0 and speed != 0.0
+        first = air.held() if beyond else air
+        if not (motion[3] > 0.0 or (level and _slopes(first, t, motion)[1] > 0.0)):
             return
-        while True:
-            if len(self._pieces) == _PIECES:
+        while not self.duration:
+            if len(self._panels) == _MOST_PANELS:
                 raise OverflowError("this ball doesn't land")
-            series = _series(held if beyond else air, state)
-            xs, ys, us, hs, surface, speeds = series
-            step = reach((us, hs), max(abs(us[0]), abs(hs[0])))
-            if step == inf:
-                # A vacuum's series are whole: as far as the landing, and beyond.
-                step = 2.0 * (hs[0] + sqrt(hs[0] ** 2 + 2.0 * air.gravity * ys[0])) / air.gravity
-            # Positive until S crosses its limit.
-            margin = [(a - air.limit * v) * (1 if beyond else -1) for a, v in zip(surface, speeds)]
-            if crossed:
-                margin[0] = 0.0
-            crossing = first_zero(partial(value, margin), partial(value, slope(margin)), step)
-            crossed = crossing is not None
-            if crossing is not None:
-                step, beyond = crossing, not beyond
-            self._pieces.append((start, xs, ys))
-            # The height at launch is 0 and not a landing: height / t, or height / t^2, is 0 there
-            # later.
-            heights = ys if start else ys[1:] if hs[0] else ys[2:]
-            landing = next(falls(heights, step), None)
-            tops = [t for t in falls(hs, step) if landing is None or t < landing]
-            self.apex = max(self.apex, *(value(ys, t) for t in tops), 0.0)
+            acting = partial(_slopes, air.held() if beyond else air)
+            panel, width = next_panel(acting, t, width, motion, 2, lambda width: scales)
+            times, height, climb = panel.times(), panel.quantity(1), panel.quantity(3)
+            landing = first_fall(height, climb, times)
             if landing is not None:
-                self.carry, self.duration = value(xs, landing), start + landing
-                self.land_angle = atan2(-value(hs, landing), value(us, landing))
-                return
-            state = [value(one, step) for one in series[:5]]
-            start += step
-            if not all(map(isfinite, state)):
+                times = [*(time for time in times if time < landing), landing]
+            crossing = self._crossing(panel, times, beyond)
+            if crossing is not None:
+                times = [*(time for time in times if time < crossing), crossing]
+                landing, beyond = None, not beyond
+            self.duration = landing or 0.0
+            self.apex = max(self.apex, *map(height, maxima(climb, times)), 0.0)
+            t = times[-1]
+            self._panels.append(panel)
+            self._ends.append(t)
+            motion = list(panel.at(t))
+            if not all(map(isfinite, motion)):
                 raise OverflowError("it leaves the range of a double")
+        self.carry, _, u, h, _ = motion
+        self.land_angle = atan2(-h, u)
+
+    def _crossing(self, panel: Panel, times: Sequence[float], beyond: bool) -> float | None:
+        """When S crosses its limit at these times of a panel; None if it doesn't."""
+        air, sign = self.arguments[-1], 1.0 if beyond else -1.0
+
+        def margin(t: float) -> float:
+            _, y, u, h, a = panel.at(t)
+            return sign * (a - air.limit * _airspeed(air, y, u, h)[1])
+
+        slope = differentiate(interpolate(map(margin, panel.times()[-2:0:-1])))
+        return first_fall(margin, panel.function(slope), times)
 
     def position(self, time: float) -> tuple[float, float, bool]:
         """Distance and height (m), and whether the ball has landed."""
@@ -185,18 +162,15 @@ class Flight:
             return self.carry, 0.0, True
         if t <= 0.0:
             return 0.0, 0.0, False
-        start, xs, ys = next(piece for piece in reversed(self._pieces) if piece[0] <= t)
-        return value(xs, t - start), value(ys, t - start), False
+        x, y, *_ = self._panels[bisect_right(self._ends, t)].at(t)
+        return x, y, False
 
 
 class BallFlight(Companion):
     """The flight of the ball over time; see the module's text."""
 
-    inside: ClassVar = {"_flight": (Flight, None)}
-    classes: ClassVar = {
-        Flight: (*[finite] * 4, Air),
-        Air: ([finite] * 4, [finite] * 4, *[finite] * 4),
-    }
+    inside: ClassVar = {"_flight": Flight | None}
+    classes: ClassVar = (Flight, Air)
     _flight: Flight | None = None
 
     def _step(self, point: float, size: float) -> None:

@@ -8,8 +8,10 @@ from math import isfinite
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from .. import codec
-from ..codec import check, finite
 from ..values import Refusal, rejected
+
+#: It changes with the layout of a state.
+_VERSION = "golf-impact companion 2"
 
 #: Stands in `_refused` for a state that is refused: until the next step only.
 _STATE = "state"
@@ -42,9 +44,9 @@ class Companion:
         report: called with a `Refusal` whenever something is refused.
     """
 
-    #: Attributes of the state beside the variables, with their kinds, and the classes in them.
+    #: Attributes of the state beside the variables, with their types, and the classes in them.
     inside: ClassVar[dict[str, Any]] = {}
-    classes: ClassVar[dict[type, tuple]] = {}
+    classes: ClassVar[tuple[type, ...]] = ()
     #: How many steps have been accepted since the instance was made.
     steps = 0
 
@@ -163,25 +165,20 @@ class Companion:
     def packed(state: dict | None) -> bytes:
         """A snapshot as bytes, for another process."""
         # A motion is computed again from its initial values.
-        return codec.packed([[*state], *state.values()]) if state else b""
+        return codec.packed(_VERSION, state) if state else b""
 
     @classmethod
     def unpacked(cls, data: bytes, rows: Iterable[tuple]) -> dict | None:
         """The snapshot that became these bytes, or None if they are none of this component's."""
         variables = [Variable(*row) for row in rows]
-        kinds = {"_fixed": bool, "_refused": dict, **cls.inside}
-        kinds |= {row.name: finite if row.type == "Real" else bool for row in variables}
-        classes = {Refusal: (str, str, object, str), **cls.classes}
-        shapes = {kind.__name__: (kind, inside) for kind, inside in classes.items()}
-
-        def made(items: list) -> dict | None:
-            names, *values = (codec.revived(item, shapes) for item in items)
-            check(values, [*kinds.values()])
-            state = dict(zip(kinds, values))
-            refused = [*state["_refused"].values()]
-            check(refused, [Refusal] * len(refused))
-            given = (row for row in variables if row.causality != "output")
-            allowed = all(row.low <= state[row.name] <= row.high for row in given)
-            return state if allowed and names == tuple(kinds) else None
-
-        return codec.unpacked(data, made)
+        types = {"_fixed": bool, "_refused": dict[str, Refusal], **cls.inside}
+        types |= {row.name: float if row.type == "Real" else bool for row in variables}
+        classes = Refusal, *cls.classes
+        state = codec.unpacked(_VERSION, data, classes, lambda class_, arguments: None)
+        if not isinstance(state, dict) or tuple(state) != tuple(types):
+            return None
+        given = (row for row in variables if row.causality != "output")
+        right = all(map(codec.fits, state.values(), types.values())) and all(
+            row.low <= state[row.name] <= row.high for row in given
+        )
+        return state if right else None

@@ -11,21 +11,26 @@ A = J + M R^2, B = R s_C, a = (s_A + M R) g sin(plane), b = s_C g sin(plane). Un
 released the club is held at its angle to the arms, q' = p'. F acts against the direction d, the
 normal of the club face at the ball.
 
-The motion is solved by Taylor series, each as far as its rounding errors allow: results don't
-depend on the communication step size.
+Torques rise and fall exponentially. The motion is solved panel by panel (numerics/ode.py), each as
+wide as its rounding errors allow: results don't depend on the communication step size.
 """
 
-from functools import partial
-from math import atan2, cos, hypot, inf, sin
+from bisect import bisect_right
+from collections.abc import Sequence
+from math import atan2, cos, exp, inf, sin, sqrt
 from typing import NamedTuple
 
-from .taylor import ORDER, Series, bisect, empty, product, quotient, reach, slope, value
+from ..numerics.events import first_fall
+from ..numerics.ode import Panel, next_panel
 
 #: The stages of a swing, in their order.
 HELD, RELEASED, BEYOND, FINISHED = range(4)
 
-#: Most pieces of a swing (24 lead to the ball); a longer one has missed the ball and ends.
+#: Most pieces of a swing (some 15 lead to the ball); a longer one has missed the ball and ends.
 _MOST = 400
+
+#: Added to a scale of errors that may be 0.
+_LEAST = 1e-300
 
 
 class Golfer(NamedTuple):
@@ -82,7 +87,8 @@ class State(NamedTuple):
 
     def head_speed(self, golfer: Golfer) -> float:
         """Along its path, m/s."""
-        return hypot(*self.head_velocity(golfer))
+        along, up = self.head_velocity(golfer)
+        return sqrt(along * along + up * up)
 
     def energy(self, golfer: Golfer) -> float:
         """Kinetic and potential; 0 at rest straight down."""
@@ -112,16 +118,14 @@ class Ball(NamedTuple):
 
 
 class _Piece(NamedTuple):
-    """Part of a motion: start and end (s), its stage and that of the next piece, its series."""
+    """Part of a motion: the panel is that of both angles, their rates and the work."""
 
     start: float
     end: float
     stage: int
-    then: int
-    series: list[Series]
-
-    def state(self, t: float) -> State:
-        return State(*[value(one, t - self.start) for one in self.series])
+    then: int  #: stage of the next piece
+    panel: Panel | None  #: None in a swing that has finished
+    initial: State
 
 
 class Motion:
@@ -153,12 +157,45 @@ class Motion:
     def at(self, t: float) -> tuple[State, int]:
         """State and stage."""
         piece = self._piece(t)
-        return piece.state(t), piece.stage
+        return self._state(piece, t), piece.stage
 
     def _piece(self, t: float) -> _Piece:
         while t > self._pieces[-1].end:
             self._go_on()
-        return next((one for one in reversed(self._pieces) if one.start <= t), self._pieces[0])
+        starts = [piece.start for piece in self._pieces]
+        return self._pieces[max(bisect_right(starts, t) - 1, 0)]
+
+    def _state(self, piece: _Piece, t: float) -> State:
+        if piece.panel is None:
+            return piece.initial
+        arm, club, arm_rate, club_rate, work = piece.panel.at(t)
+        return State(arm, club, arm_rate, club_rate, *self._torques(piece, t), work)
+
+    def _torques(self, piece: _Piece, t: float) -> tuple[float, float]:
+        """Of the shoulder and the wrist, N.m: on their way to those of the stage."""
+        golfer, start, stage = self.golfer, piece.initial, piece.stage
+        shoulder = golfer.max_shoulder_torque if stage <= RELEASED else 0.0
+        wrist = golfer.max_wrist_torque if stage == RELEASED else 0.0
+        left = exp((piece.start - t) / golfer.torque_rise_time)
+        shoulder += (start.shoulder_torque - shoulder) * left
+        return shoulder, wrist + (start.wrist_torque - wrist) * left
+
+    def _accelerations(self, stage: int, motion: Sequence[float]) -> tuple[float, float]:
+        """Of arms and club, rad/s²: the equations of the module's text."""
+        p, q, u, w, shoulder, wrist = motion
+        golfer, force, direction = self.golfer, self.force, self.direction
+        inertia, mixed, arm_weight, club_weight = golfer.couples()
+        club_inertia, c, s = golfer.club_inertia, mixed * cos(q - p), mixed * sin(q - p)
+        first = s * w * w - arm_weight * sin(p) + shoulder - wrist
+        first -= force * golfer.arm_length * cos(p - direction)
+        second = -s * u * u - club_weight * sin(q) + wrist
+        second -= force * golfer.club_length * cos(q - direction)
+        if stage == HELD:
+            both = (first + second) / (inertia + club_inertia + 2.0 * c)
+            return both, both
+        determinant = inertia * club_inertia - c * c
+        arm = (club_inertia * first - c * second) / determinant
+        return arm, (inertia * second - c * first) / determinant
 
     def work_against(self, begin: float, end: float) -> float:
         """Work of the head against the force between two instants, J."""
@@ -170,23 +207,23 @@ class Motion:
 
     def hands(self, t: float, state: State) -> tuple[float, float]:
         """Force (N) and torque (N.m) of the hands on the club in this state at t."""
-        piece, golfer, force = self._piece(t), self.golfer, self.force
-        if piece.stage == FINISHED:
+        stage, golfer, force = self._piece(t).stage, self.golfer, self.force
+        if stage == FINISHED:
             return 0.0, 0.0
         p, q, u, w, _, torque, _ = state
-        p2, q2 = (value(slope(one), t - piece.start) for one in piece.series[2:4])
+        p2, q2 = self._accelerations(stage, state[:6])
         r, mass, first = golfer.arm_length, golfer.club_mass, golfer.club_first_moment
         # Of the club's centre of mass, times its mass.
         along = mass * r * (cos(p) * p2 - sin(p) * u * u) + first * (cos(q) * q2 - sin(q) * w * w)
         up = mass * r * (sin(p) * p2 + cos(p) * u * u) + first * (sin(q) * q2 + cos(q) * w * w)
         along += force * cos(self.direction)
         up += force * sin(self.direction) + mass * golfer.gravity
-        if piece.stage == HELD:
+        if stage == HELD:
             _, mixed, _, weight = golfer.couples()
             torque = golfer.club_inertia * q2 + mixed * cos(q - p) * p2
             torque += mixed * sin(q - p) * u * u + weight * sin(q)
             torque += force * golfer.club_length * cos(q - self.direction)
-        return hypot(along, up), torque
+        return sqrt(along * along + up * up), torque
 
     def ball(self, spin_loft: float) -> Ball | None:
         """How the head meets the ball; None if it doesn't reach it.
@@ -199,15 +236,16 @@ class Motion:
         piece = next(one for one in self._pieces if one.stage >= BEYOND)
         if piece.stage == FINISHED:
             return None
-        state = piece.state(piece.start)
+        state = piece.initial
         along, up = state.head_velocity(self.golfer)
-        normal, speed = atan2(up, along) + spin_loft, hypot(along, up) * cos(spin_loft)
+        normal = atan2(up, along) + spin_loft
+        speed = sqrt(along * along + up * up) * cos(spin_loft)
         mass = state.effective_mass(self.golfer, normal)
         return Ball(piece.start + self.origin, speed, normal, mass)
 
     def _go_on(self) -> None:
         last = self._pieces[-1]
-        self._add(last.end, last.state(last.end), last.then)
+        self._add(last.end, self._state(last, last.end), last.then)
 
     def _add(self, start: float, state: State, stage: int) -> None:
         """A piece that begins with this state."""
@@ -216,64 +254,27 @@ class Motion:
             stage = RELEASED
         if stage == FINISHED or len(self._pieces) >= _MOST:
             still = dict.fromkeys(("arm_rate", "club_rate", "shoulder_torque", "wrist_torque"), 0.0)
-            rest = [[one] for one in state._replace(**still)]
-            self._pieces.append(_Piece(start, inf, FINISHED, FINISHED, rest))
+            rest = state._replace(**still)
+            self._pieces.append(_Piece(start, inf, FINISHED, FINISHED, None, rest))
             return
-        series, then = self._series(state, stage), stage
-        scale = max(1.0, abs(state.arm_rate), abs(state.club_rate))
-        step = reach(series[2:4], scale)
-        goal = (-golfer.release_angle, 0.0, golfer.arm_start)[stage]
-        if value(series[0], step) >= goal:
-            to_go = [-one for one in series[0]]
-            to_go[0] += goal
-            step, then = bisect(partial(value, to_go), 0.0, step), stage + 1
-        self._pieces.append(_Piece(start, start + step, stage, then, series))
+        piece = _Piece(start, inf, stage, stage, None, state)
+        rate = max(1.0, abs(state.arm_rate), abs(state.club_rate))
+        scales = rate, rate, abs(golfer.max_shoulder_torque) + abs(golfer.max_wrist_torque) + _LEAST
 
-    def _series(self, state: State, stage: int) -> list[Series]:
-        golfer, force = self.golfer, self.force
-        inertia, mixed, arm_weight, club_weight = golfer.couples()
-        club_inertia, r, length = golfer.club_inertia, golfer.arm_length, golfer.club_length
-        along, up = cos(self.direction), sin(self.direction)
-        shoulder_goal = golfer.max_shoulder_torque if stage <= RELEASED else 0.0
-        wrist_goal = golfer.max_wrist_torque if stage == RELEASED else 0.0
-        p, q, u, w, shoulder, wrist, work = ([one] for one in state)
-        sp, cp = [sin(state.arm)], [cos(state.arm)]
-        sq, cq = [sin(state.club)], [cos(state.club)]
-        # B cos(q - p), B sin(q - p), the squares of the rates; right-hand sides of the two
-        # equations, the determinant, its numerators, p'' and q''.
-        c, s, uu, ww, first, second, determinant, one, other, p2, q2 = empty(11)
-        for n in range(ORDER):
-            m = n + 1
-            c.append(mixed * (product(cp, cq, n) + product(sp, sq, n)))
-            s.append(mixed * (product(sq, cp, n) - product(cq, sp, n)))
-            uu.append(product(u, u, n))
-            ww.append(product(w, w, n))
-            push_p = force * r * (along * cp[n] + up * sp[n])
-            push_q = force * length * (along * cq[n] + up * sq[n])
-            first.append(product(s, ww, n) - arm_weight * sp[n] + shoulder[n] - wrist[n] - push_p)
-            second.append(-product(s, uu, n) - club_weight * sq[n] + wrist[n] - push_q)
-            if stage == HELD:
-                whole = inertia + club_inertia + 2.0 * c[0]
-                p2.append((first[n] + second[n]) / whole)
-                q2.append(p2[n])
-            else:
-                full = inertia * club_inertia if n == 0 else 0.0
-                determinant.append(full - product(c, c, n))
-                one.append(club_inertia * first[n] - product(c, second, n))
-                other.append(inertia * second[n] - product(c, first, n))
-                p2.append(quotient(one, determinant, p2, n))
-                q2.append(quotient(other, determinant, q2, n))
-            work.append((product(shoulder, u, n) + product(wrist, w, n) - product(wrist, u, n)) / m)
-            p.append(u[n] / m)
-            q.append(w[n] / m)
-            u.append(p2[n] / m)
-            w.append(q2[n] / m)
-            for torque, goal in ((shoulder, shoulder_goal), (wrist, wrist_goal)):
-                change = (goal if n == 0 else 0.0) - torque[n]
-                torque.append(change / (m * golfer.torque_rise_time))
-            # sin' = cos times the rate, cos' = -sin times the rate.
-            sp.append(product(cp, u, n) / m)
-            cp.append(-product(sp, u, n) / m)
-            sq.append(product(cq, w, n) / m)
-            cq.append(-product(sq, w, n) / m)
-        return [p, q, u, w, shoulder, wrist, work]
+        def slopes(t: float, motion: Sequence[float]) -> tuple[float, float, float]:
+            *_, u, w, _ = motion
+            shoulder, wrist = self._torques(piece, t)
+            accelerations = self._accelerations(stage, (*motion[:4], shoulder, wrist))
+            return *accelerations, shoulder * u + wrist * (w - u)
+
+        # Where torques begin to change, a wide panel has no node near its begin.
+        begins = not self._pieces or self._pieces[-1].stage != stage
+        width = golfer.torque_rise_time if begins else self._width
+        panel, self._width = next_panel(
+            slopes, start, width, (*state[:4], state.work), 2, lambda width: scales
+        )
+        arm, arm_rate = panel.quantity(0), panel.quantity(2)
+        goal = (-golfer.release_angle, 0.0, golfer.arm_start)[stage]
+        end = first_fall(lambda t: goal - arm(t), lambda t: -arm_rate(t), panel.times())
+        end, then = (panel.end, stage) if end is None else (end, stage + 1)
+        self._pieces.append(piece._replace(end=end, then=then, panel=panel))

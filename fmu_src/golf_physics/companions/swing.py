@@ -24,7 +24,6 @@ falls after the peak if steps are equal or shorter than half of `rise_time`. The
 from math import cos, nan, pi, sin
 from typing import ClassVar
 
-from ..codec import finite
 from ..values import Refusal, rejected
 from .companion import Companion
 from .double_pendulum import HELD, Ball, Golfer, Motion, State
@@ -42,20 +41,15 @@ class Swing(Companion):
     reaction_work: float
 
     inside: ClassVar = {
-        "_time": finite,
-        "_lost": finite,
-        "_rise": (finite, None),
-        "_motion": (Motion, None),
-        "_ball": (Ball, None),
-        "_position": finite,
+        "_time": float,
+        "_lost": float,
+        "_rise": float | None,
+        "_motion": Motion | None,
+        "_ball": Ball | None,
+        "_position": float,
         "_current": bool,
     }
-    classes: ClassVar = {
-        Motion: (Golfer, finite, State, int, finite, finite),
-        Golfer: (finite,) * 14,
-        State: (finite,) * 7,
-        Ball: (finite,) * 4,
-    }
+    classes: ClassVar = (Motion, Golfer, State, Ball)
 
     #: Sum of the accepted steps, s, and its Kahan compensation: the same in every importer, however
     #: that counts its time.

@@ -6,6 +6,7 @@ then on the host's time and states count, and steps are refused.
 
 from collections.abc import Callable, Iterator
 from math import inf, isfinite, nan, nextafter
+from typing import Any
 
 from ..impact import advance
 from ..refusals import conflict_of_inputs
@@ -13,9 +14,8 @@ from ..values import Inputs, Refusal, added
 from ..variables import INPUTS, MORE_VARIABLES, VARIABLES
 from .component import Component, together
 from .outputs import OUTPUTS, Output, readings
-from .segment import Segment
 from .solved import SolvedImpact, accelerations, separation_indicator, touch_indicator
-from .state import BLOCKED, STEPPING
+from .state import START_REFUSED, STEPPING, Snapshot
 
 #: What FMI 2.0 doesn't have.
 _MORE: dict[str, Output] = {
@@ -27,9 +27,9 @@ _MORE: dict[str, Output] = {
 }
 
 
-def _is_solved(segment: Segment) -> bool | None:
-    """Whether steps are those of Model Exchange; None if there were none."""
-    return isinstance(segment.impact, SolvedImpact) or (False if segment.size else None)
+def _is_solved(impact: Any, last_step: float) -> bool | None:
+    """Whether an instance is used for Model Exchange; None if that is still open."""
+    return isinstance(impact, SolvedImpact) or (False if last_step else None)
 
 
 class HybridComponent(Component):
@@ -43,22 +43,20 @@ class HybridComponent(Component):
         super().__init__(report)
         # The start time isn't passed to an instance: it is that of the first step.
         self._point = nan
-        self._anchored = False
+        self._point_is_free = True
 
     @property
     def _solved(self) -> SolvedImpact | None:
         """In Model Exchange, the impact."""
-        impact = self._segment.impact
-        return impact if isinstance(impact, SolvedImpact) else None
+        return self._impact if isinstance(self._impact, SolvedImpact) else None
 
-    def _is_alike(self, segment: Segment) -> bool:
+    def _is_alike(self, snapshot: Snapshot) -> bool:
         # Before either of them has stepped or been solved, an instance may become both.
-        kinds = {_is_solved(one) for one in (segment, self._segment)}
-        return not {True, False} <= kinds
+        kinds = _is_solved(snapshot.impact, snapshot.size), _is_solved(self._impact, self.last_step)
+        return not {True, False} <= {*kinds}
 
-    def _solve(self, solved: SolvedImpact, time: float) -> None:
-        """Go on with this impact at this time of the host, s."""
-        self._go_on(Segment(solved, solved.inputs, (time, 0.0), nan))
+    def _solve(self, solved: SolvedImpact) -> None:
+        self._run(solved, solved.inputs, (solved.time, 0.0), 0.0)
 
     def time(self) -> float:
         high, low = self.instant()
@@ -78,7 +76,7 @@ class HybridComponent(Component):
         inputs = Inputs(*self.values[:INPUTS])
         solved = self._solved
         if solved is not None and inputs != solved.inputs:
-            self._solve(solved.with_inputs(inputs), self._segment.begin[0])
+            self._solve(solved.with_inputs(inputs))
 
     def update(self) -> tuple[bool, bool, float | None]:
         """Handle the events of this instant.
@@ -86,17 +84,19 @@ class HybridComponent(Component):
         Returns whether the host must stop, since values were refused; whether its solver must start
         anew; while stepping, the host's time (s) of the next touch or separation, if one is due.
         """
-        problem = self._begin() if self._mode == BLOCKED else None
+        problem = self._start() if self._mode == START_REFUSED else None
         if problem is None and self._mode != STEPPING:
-            self._refuse_once("an event before initialization or after the end is refused")
+            self._refuse_call("an event before initialization or after the end is refused")
             return False, False, None
         solved = self._solved
-        if problem is None and self._refused and (solved is not None or not self.last_step):
-            problem = together([*self._refused.values()])
+        if problem is None and (solved is not None or not self.last_step):
+            problem = together([*self._refused.values(), *self._illegal])
+            self._illegal = ()
         if problem is None and solved is not None:
-            time = self._segment.begin[0]
-            solved = solved.after_event(time)
-            self._solve(solved, time)
+            problem = conflict_of_inputs(solved.parameters, solved.inputs)
+        if problem is None and solved is not None:
+            solved = solved.after_event()
+            self._solve(solved)
             problem = solved.refusal_of_touch
         if problem is not None:
             self._report(problem._replace(sentence=f"the simulation must stop: {problem}"))
@@ -111,12 +111,12 @@ class HybridComponent(Component):
     def _events_after(self, point: float) -> Iterator[float]:
         """When touch and separation are still to come (s), if the host's time is this one now."""
         instant = self.instant()
-        inputs, segment = Inputs(*self.values[:INPUTS]), self._segment
-        if conflict_of_inputs(segment.impact.parameters, inputs) is not None:
+        inputs = Inputs(*self.values[:INPUTS])
+        if conflict_of_inputs(self._impact.parameters, inputs) is not None:
             # The next step will be refused.
             return
         try:
-            impact = segment.changed(inputs, self._count)
+            impact = self._changed(inputs)
             while True:
                 impact = advance(impact, inputs, instant)
                 impact.find_end()
@@ -158,12 +158,11 @@ class HybridComponent(Component):
         if self.last_step:
             refusal = Refusal("Model Exchange is refused: this instance has made steps")
             self._report(refusal)
-            return SolvedImpact(p, inputs, inputs.b, [nan] * 4, refusal_of_touch=refusal)
-        start = [-p.gap, 0.0, inputs.club_speed, p.ball_speed]
-        time = self.time()
-        solved = SolvedImpact(p, inputs, inputs.b, start).after_event(time)
+            return SolvedImpact(p, inputs, inputs.b, nan, (nan,) * 4, refusal_of_touch=refusal)
+        start = -p.gap, 0.0, inputs.club_speed, p.ball_speed
+        solved = SolvedImpact(p, inputs, inputs.b, self.time(), start).after_event()
         if self._mode == STEPPING:
-            self._solve(solved, time)
+            self._solve(solved)
             # From here on the clock is the host's time.
             self.origin = 0.0
             if solved.refusal_of_touch is not None:
@@ -171,31 +170,45 @@ class HybridComponent(Component):
         return solved
 
     def set_time(self, time: float) -> None:
-        """The host's time, s; the first one set before any state is that of the start."""
+        """The host's time, s."""
         solved = self._solving()
-        if self._solved is None:
-            return
-        if not solved.started:
-            self.start_time = time
-            if solved.touch is not None:
-                solved = solved._replace(touch=solved.touch._replace(instant=(time, 0.0)))
-            solved = solved._replace(started=True)
-        self._solve(solved, time)
+        if self._solved is not None:
+            self._solve(solved._replace(time=time))
 
     def states(self) -> list[float]:
         """The continuous states: positions (m) and velocities (m/s), each of club and ball."""
         return list(self._solving().states)
 
     def set_states(self, states: list[float]) -> None:
-        """Of the host's solver; the list is kept."""
+        """Of the host's solver."""
         solved = self._solving()
-        if self._solved is not None:
-            self._solve(solved._replace(states=states, started=True), self._segment.begin[0])
+        if self._solved is None:
+            return
+        moved = tuple(states)
+        if not solved.started and moved == solved.states:
+            solved = self._started()
+        self._solve(solved._replace(states=moved, started=True))
+
+    def _started(self) -> SolvedImpact:
+        """The impact of a run whose start is now, as long as its states are those of the start.
+
+        pythonfmu3 doesn't pass the start time on: it is the time at which the host evaluates the
+        equations in these states; until then, 0.
+        """
+        solved = self._solving()
+        if self._solved is not None and not solved.started and self.start_time != solved.time:
+            self.start_time = solved.time
+            if solved.touch is not None:
+                touch = solved.touch._replace(instant=(solved.time, 0.0))
+                solved = solved._replace(touch=touch)
+                self._solve(solved)
+        return solved
 
     def derivatives(self) -> list[float]:
         """Of the states; NaN while values are refused, so that no solver continues with others."""
-        solved = self._solving()
-        if self._refused or self._mode == BLOCKED or solved.refusal_of_touch is not None:
+        solved = self._started()
+        refused = self._refused or self._illegal or solved.refusal_of_touch is not None
+        if refused or self._mode == START_REFUSED:
             return [nan] * 4
         now = solved.solver_state()
         return [now[3], now[4], *accelerations(solved, now)]

@@ -1,57 +1,55 @@
 """An impact in Model Exchange, where a host's solver finds the motion."""
 
-from math import inf, nan
+from math import inf, nan, sqrt
 from typing import Any, NamedTuple
 
-from ..impact import Touch
+from ..codec import Real
+from ..impact import Impact, Touch
 from ..laws import LAWS
-from ..values import Inputs, Instant, Parameters, Refusal, State
+from ..values import Inputs, Instant, Motion, Parameters, Refusal, State
 
 #: Added to an indicator that may be exactly 0 before its event: solvers look for changes of sign.
 _ABOVE_ZERO = 1e-18
 
+#: An event nearer than this (in units of 1/ω, and relative to the host's time) has happened: a
+#: solver's root is some 1e-15 s off, and restarted before that root it would find it again.
+_NEAR, _NEAR_IN_TIME = 1e-11, 1e-15
 
-#: Relative to the way to touch: a distance of rounding errors.
-_NEAR = 2.0**-48
 
-
-class SolvedImpact(NamedTuple):
-    """An impact from its last event on; a value that outputs read as an `Impact`."""
-
+class _Solution(NamedTuple):
     parameters: Parameters
     inputs: Inputs
-    b: float  #: of the contact, N.s/m
-    states: list[float]  #: positions (m) and velocities (m/s), each of club and ball
+    b: Real  #: of the contact, N.s/m
+    time: Real  #: the host's, s
+    states: tuple[Real, ...]  #: positions (m) and velocities (m/s), each of club and ball
     started: bool = False  #: whether the start time is fixed
     touch: Touch | None = None  #: in the host's time
     in_contact: bool = False
     refusal_of_touch: Refusal | None = None  #: why the law rejects the touch that there was
-    dragged: float = 0.0  #: momentum that drag has taken from the ball until the last event, N.s
-    drag: float = 0.0  #: its coefficient from then on, N.s/m
-    x_end: float = 0.0  #: position of the ball at that event, the last one of the contact, m
-    lasted: float = 0.0  #: of the contact once it has ended, s
-    at_separation: tuple[float, float] | None = None  #: velocities of club and ball, m/s
+    dragged: bool = False  #: whether a drag has acted: what it took of the impulse isn't known
+    lasted: Real = 0.0  #: of the contact once it has ended, s
+    separation: Motion | None = None  #: the bodies then
 
-    # As of an `Impact` in a phase that holds every instant.
 
-    @property
-    def begin(self) -> Instant:
-        return nan, nan
+class SolvedImpact(_Solution, Impact):
+    """An impact from its last event on; its phase holds every instant. `states` are the host's."""
 
-    @property
-    def duration(self) -> float:
-        return inf
+    __slots__ = ()
+
+    begin = nan, nan
+    duration = inf
+    is_pushed = True
 
     @property
-    def velocities(self) -> tuple[float, float]:
+    def velocities(self) -> tuple[float, float]:  # type: ignore[override]
+        if self.separation is not None:
+            return self.separation[2:4]
         _, _, v_club, v_ball = self.states
-        if self.at_separation is not None:
-            return self.at_separation
         return (self.inputs.club_speed if self.touch is None else v_club), v_ball
 
     @property
-    def is_pushed(self) -> bool:
-        return True
+    def at_separation(self) -> Motion | None:  # type: ignore[override]
+        return self.separation
 
     @property
     def club_force(self) -> float:
@@ -59,15 +57,24 @@ class SolvedImpact(NamedTuple):
 
     def state(self, instant: Instant) -> State:
         force, *moving, compression = self.solver_state()
+        if self.separation is not None:
+            # Even if a force turned the club at once, it would have vanished after this time.
+            rest = 2.0 * self.separation.compression + self.separation.closing * self._in_flight()
+            compression = compression if rest > 0.0 else 0.0
         return [max(0.0, force), *moving, max(0.0, compression)]
+
+    def _in_flight(self) -> float:
+        return self.time - self.touch.instant[0] - self.lasted if self.touch else 0.0
 
     def solver_state(self) -> State:
         """The state; force and compression continue smoothly below 0 until the event."""
         x_club, x_ball, v_club, v_ball = self.states
         if self.touch is None:
             v_club = self.inputs.club_speed
-        compression = x_club - x_ball
-        force = 0.0
+        return self._state(x_club, x_ball, v_club, v_ball)
+
+    def _state(self, x_club: float, x_ball: float, v_club: float, v_ball: float) -> State:
+        compression, force = x_club - x_ball, 0.0
         if self.in_contact:
             p = self.parameters
             force = LAWS[p.law].force(p, self.inputs.k, self.b, compression, v_club - v_ball)
@@ -78,53 +85,41 @@ class SolvedImpact(NamedTuple):
         k, b, _, _ = inputs
         if self.touch is not None:
             b = LAWS[p.law].damping(p, k, b, self.touch.club_speed - p.ball_speed)
-        return self._replace(inputs=inputs, b=b)
+        dragged = self.dragged or (self.in_contact and LAWS[p.law].drag(b) != 0.0)
+        return self._replace(inputs=inputs, b=b, dragged=dragged)
 
-    def after_event(self, time: float) -> "SolvedImpact":
-        """The impact after what happens at this instant of the host's time, s."""
-        x_club, x_ball, _, v_ball = self.states
+    def after_event(self) -> "SolvedImpact":
+        """The impact after what happens at this instant."""
         p, impact = self.parameters, self
+        _, x_club, x_ball, v_club, v_ball, d = self.solver_state()
+        near = _NEAR * sqrt(p.m_club * (p.m_ball / (p.m_club + p.m_ball)) / self.inputs.k)
+        near = max(near, _NEAR_IN_TIME * abs(self.time))
+        ahead = self._state(x_club + near * v_club, x_ball + near * v_ball, v_club, v_ball)
         if self.touch is None:
-            club_speed = self.inputs.club_speed
-            impact = self._replace(states=[x_club, x_ball, club_speed, v_ball])
-            # A solver may stop a rounding error before the root of the indicator.
-            near = _NEAR * (p.gap + abs(x_ball))
-            if x_club >= x_ball - near and club_speed > v_ball:
-                refusal = LAWS[p.law].refusal_of_touch(p, club_speed)
-                touch = Touch((time, 0.0), x_ball, club_speed)
+            impact = self._replace(states=(x_club, x_ball, v_club, v_ball))
+            if touch_indicator(self, ahead) <= _ABOVE_ZERO and v_club > v_ball:
+                refusal = LAWS[p.law].refusal_of_touch(p, v_club)
+                touch = Touch((self.time, 0.0), x_ball, v_club)
                 impact = impact._replace(touch=touch, in_contact=True, refusal_of_touch=refusal)
                 if refusal is None:
                     impact = impact.with_inputs(self.inputs)
-                impact = impact._with_drag()
-        elif self.in_contact:
-            impact = self._with_drag()
-            if separation_indicator(self, self.solver_state()) <= 0.0:
-                lasted = time - self.touch.instant[0]
-                impact = impact._replace(
-                    lasted=lasted, in_contact=False, at_separation=impact.velocities
-                )
+        elif self.in_contact and separation_indicator(self, ahead) <= 0.0:
+            lasted = self.time - self.touch.instant[0]
+            separation = Motion(x_club, x_ball, v_club, v_ball, d, v_club - v_ball)
+            impact = self._replace(lasted=lasted, in_contact=False, separation=separation)
         return impact
 
-    def _with_drag(self) -> "SolvedImpact":
-        """Sums up the drag on the ball until here, where its coefficient may change."""
-        x_ball = self.states[1]
-        dragged = self.dragged + self.drag * (x_ball - self.x_end)
-        drag = LAWS[self.parameters.law].drag(self.b)
-        return self._replace(dragged=dragged, drag=drag, x_end=x_ball)
-
-    def last(self, instant: Instant) -> "tuple[SolvedImpact, float]":
+    def last_contact(self, instant: Instant) -> "tuple[SolvedImpact, float]":
         touch = self.touch if self.in_contact else None
-        return self, (self.lasted if touch is None else instant[0] - touch.instant[0])
+        return self, (self.lasted if touch is None else self.time - touch.instant[0])
 
     def contact_time(self, t: float) -> float:
         return t
 
     def total_impulse(self, t: float) -> float:
-        """N.s: the ball's momentum and what drag has taken, with b constant between events."""
-        p, (_, x_ball, _, v_ball) = self.parameters, self.states
-        gained = p.m_ball * (v_ball - p.ball_speed)
-        dragging = self.drag * (x_ball - self.x_end) if self.in_contact else 0.0
-        return gained + self.dragged + dragging
+        """N.s: what the ball has gained, unless a drag has taken some of it."""
+        p, (*_, v_ball) = self.parameters, self.states
+        return nan if self.dragged else p.m_ball * (v_ball - p.ball_speed)
 
     # NaN: which of the states have been passed is unknown, and there are no steps.
 
@@ -134,12 +129,12 @@ class SolvedImpact(NamedTuple):
     def peak_compression(self, t: float) -> float:
         return nan
 
-    def impulse_of_step(self, instant: Instant, step: float) -> float:
+    def mean_force(self, instant: Instant, step: float) -> float:
         return nan
 
 
 def accelerations(impact: Any, state: State) -> tuple[float, float]:
-    """Of club and ball (m/s²), in an `Impact` or a `SolvedImpact`, as the indicators below."""
+    """Of club and ball (m/s²), in an `Impact`, as the indicators below."""
     p, club_force = impact.parameters, 0.0 if impact.touch is None else impact.club_force
     if not impact.in_contact:
         return club_force / p.m_club, 0.0

@@ -1,116 +1,88 @@
-"""The state of an instance: recognized as this component's own, and serialized."""
+"""The state of an instance, and the same as bytes."""
 
-from collections.abc import Callable, Sequence
-from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 from .. import codec
-from ..codec import check, finite, fits, real
-from ..impact import Approach, Contact, Flight, Results, Touch
+from ..codec import Real
+from ..impact import Approach, Contact, Flight, Impact, Results, Touch
 from ..refusals import conflict
-from ..values import Inputs, Motion, Parameters, Refusal
+from ..values import Inputs, Instant, Motion, Parameters, Refusal
 from ..variables import SETTABLE
-from .segment import Segment
 from .solved import SolvedImpact
 
-#: First item of a serialized state; it changes with the layout.
-_FORMAT = "golf-impact state 10"
+#: It changes with the layout of a state.
+_VERSION = "golf-impact state 11"
 
-#: Modes of an instance, in the order in which a host passes through them. Blocked: initialization
-#: has ended on values that can't be used, so parameters may still be set.
-INSTANTIATED, INITIALIZATION, BLOCKED, STEPPING, TERMINATED = range(5)
+#: Modes of an instance, in the order in which a host passes through them. Where initialization has
+#: ended on start values that are refused, parameters may still be set.
+INSTANTIATED, INITIALIZATION, START_REFUSED, STEPPING, TERMINATED = range(5)
 
-#: No instance gets so far: 10⁹ steps of 1e100 s.
+#: No instance gets so far, s: 10⁹ steps of 1e100 s.
 _LATEST = 1e109
 
 
-def _instant(item: Any) -> bool:
-    """Whether an item is an instant, s."""
-    return fits(item, [real, real]) and all(abs(x) < _LATEST for x in item)
-
-
-def _contact(parameters: Parameters, inputs: Inputs, *others: Any) -> Contact:
-    """A contact that is possible; else its phase could take for ever."""
-    _check_case(parameters, inputs)
-    *_, motion, _ = others
-    if motion.compression < 0.0:
-        raise ValueError("a contact without compression")
-    return Contact(parameters, inputs, *others)
-
-
-_KINDS: dict[type, tuple] = {
-    Inputs: (finite,) * 4,
-    Motion: (finite,) * 6,
-    Results: (finite,) * 5,
-    Parameters: (finite,) * 10,
-    Refusal: (str, str, object, str),
-    Touch: ([real, real], finite, finite),
-    Approach: (Parameters, finite, _instant, finite, finite, finite),
-    Contact: (Parameters, Inputs, _instant, Touch, Motion, Results),
-    Flight: (Contact, _instant, finite, Motion, finite, (Flight, None)),
-    SolvedImpact: (
-        Parameters, Inputs, finite, tuple, bool, (Touch, None), bool, (Refusal, None),
-        *(real,) * 4, ([real, real], None),
-    ),
-    Segment: ((Approach, Contact, Flight, SolvedImpact, None), Inputs, [real, real], real),
-}  # fmt: skip
-#: What makes the objects in a state, and the kinds of its arguments, by class.
-SHAPES: dict[str, tuple[Callable, tuple]] = {
-    kind.__name__: (_contact if kind is Contact else kind, kinds) for kind, kinds in _KINDS.items()
-}
-
-#: What a snapshot has: values, mode, refusals and those of the next step alone, start time, origin,
-#: communication point, number of steps, segment.
-_SNAPSHOT = tuple, int, dict, tuple, real, real, real, finite, Segment
-
-
-class Snapshot(tuple):
+class Snapshot(NamedTuple):
     """An instance; another version of this component in the process has a class of its own."""
 
+    values: tuple[float, ...]
+    mode: int
+    refused: dict[str, Refusal]
+    illegal: tuple[Refusal, ...]
+    start_time: float
+    origin: float
+    point: Real
+    #: The impact at the start of a run of equal steps or before; their inputs, size and number.
+    impact: Impact | None
+    inputs: Inputs | None
+    begin: Instant
+    size: float
+    steps: float
+    #: The impact from a later phase on, and its dense output: computed from the others on demand.
+    computed: None = None
 
-def _check_case(parameters: Parameters, inputs: Inputs) -> None:
-    """ValueError unless the physics accepts these values."""
-    _check_bounds((*inputs, *parameters.arguments))
-    if conflict(parameters, inputs) is not None:
-        raise ValueError("values that are refused")
+
+CLASSES = (
+    Snapshot, Inputs, Motion, Parameters, Refusal, Results, Touch, Approach, Contact, Flight,
+    SolvedImpact,
+)  # fmt: skip
 
 
-def _check_bounds(values: Sequence[Any]) -> None:
-    check(values, (finite,) * len(SETTABLE))
-    if not all(row.low <= x <= row.high for x, row in zip(values, SETTABLE.values())):
-        raise ValueError("values that are refused")
+def _in_bounds(*values: float) -> bool:
+    return all(row.low <= value <= row.high for row, value in zip(SETTABLE.values(), values))
 
 
-def _check_values(snapshot: Sequence[Any]) -> None:
-    """ValueError unless these values could be those of an instance."""
-    check(snapshot, _SNAPSHOT)
-    values, mode, refused, once, *_, count, segment = snapshot
-    _check_bounds(values)
-    check((*refused.values(), *once), (Refusal,) * (len(refused) + len(once)))
-    right, impact = True, segment.impact
-    if isinstance(impact, SolvedImpact):
-        check(impact.states, (real,) * 4)
-        _check_bounds((*impact.inputs, *impact.parameters.arguments))
-    elif mode == STEPPING:
-        check((segment.begin, segment.size), (_instant, finite))
-        _check_case(impact.parameters, segment.inputs)
-        right = segment.size >= 0.0 <= count and count * segment.size < _LATEST
-    if not (right and 0 <= mode <= TERMINATED):
-        raise ValueError("another content")
+def _check(class_: type, arguments: Any) -> None:
+    """ValueError where no instance has an object of these arguments: it might take for ever."""
+    right = True
+    if class_ is Contact or class_ is SolvedImpact:
+        parameters, inputs = arguments[:2]
+        right = _in_bounds(*inputs, *parameters)
+        if right and class_ is Contact:
+            *_, motion, _ = arguments
+            right = conflict(parameters, inputs) is None and motion.compression >= 0.0
+    elif class_ is Snapshot:
+        state = Snapshot(*arguments)
+        impact, inputs = state.impact, state.inputs
+        right = len(state.values) == len(SETTABLE) and _in_bounds(*state.values)
+        right &= INSTANTIATED <= state.mode <= TERMINATED and abs(state.begin[0]) < _LATEST
+        right &= min(state.size, state.steps) >= 0.0 and state.size * state.steps < _LATEST
+        if impact is None or inputs is None:
+            right &= impact is inputs is None and state.mode != STEPPING
+        elif not isinstance(impact, SolvedImpact):
+            right &= _in_bounds(*inputs, *impact.parameters)
+            right = right and conflict(impact.parameters, inputs) is None
+    if not right:
+        raise ValueError(f"no {class_.__name__} of an instance")
 
 
 def packed(snapshot: Any) -> bytes:
     """A snapshot as bytes."""
-    return codec.packed([_FORMAT, *snapshot]) if isinstance(snapshot, Snapshot) else b""
+    if not isinstance(snapshot, Snapshot):
+        return b""
+    return codec.packed(_VERSION, snapshot._replace(computed=None))
 
 
-def _made(items: list) -> Snapshot | None:
-    if items[0] != _FORMAT:
-        return None
-    snapshot = Snapshot(codec.revived(item, SHAPES) for item in items[1:])
-    _check_values(snapshot)
-    return snapshot
-
-
-#: The snapshot that became some bytes, or None if they are none of this component's.
-unpacked = partial(codec.unpacked, made=_made)
+def unpacked(data: bytes) -> Snapshot | None:
+    """The snapshot that became these bytes, or None if they are none of this component's."""
+    snapshot = codec.unpacked(_VERSION, data, CLASSES, _check)
+    return snapshot if isinstance(snapshot, Snapshot) else None

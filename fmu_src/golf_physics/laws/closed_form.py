@@ -4,7 +4,7 @@ Where double precision loses digits, `linear_contact` takes `ExtendedContact` in
 """
 
 from collections.abc import Callable
-from math import atan2, cos, exp, expm1, hypot, sin, sqrt
+from math import atan2, cos, exp, expm1, sin, sqrt
 
 from ..numerics.gauss import GAUSS_5
 from ..numerics.zeros import first_downward_zero, offset_of_real_root
@@ -243,10 +243,10 @@ class ClosedFormContact(ContactPhase):
 
     def impulse(self, begin: float, width: float) -> float:
         if width * self.rate <= _SHORT:
-            end, half, row = begin + width, 0.5 * width, self._force
-            return half * sum(
-                [weight * self._at(row, end - half * (1.0 - node)) for node, weight in GAUSS_5]
-            )
+            end, half, row, total = begin + width, 0.5 * width, self._force, 0.0
+            for node, weight in GAUSS_5:
+                total += weight * self._at(row, end - half * (1.0 - node))
+            return half * total
         r, h, frequency = self._rates
         a, c, s = self._force
         real = -a * exp(-r * begin) * expm1(-r * width) / r if r else a * width
@@ -300,7 +300,10 @@ def _end_above(level: float, growth: float, cosine: float, sine: float) -> float
     Up to half of the pair's amplitude a zero is steep, and the only one of the half period.
     """
     angle = first_downward_zero(growth, level, cosine, sine)
-    if angle is None or abs(level) * exp(growth * angle) > 0.5 * hypot(cosine, sine):
+    if angle is None:
+        return 0.0
+    amplitude = sqrt(cosine * cosine + sine * sine)
+    if abs(level) * exp(growth * angle) > 0.5 * amplitude:
         return 0.0
     return angle
 

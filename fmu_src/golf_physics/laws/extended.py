@@ -30,7 +30,6 @@ Between two of them f has at most one zero (Rolle's theorem), which is bracketed
 from collections.abc import Iterator, Sequence
 from decimal import Decimal
 from math import atan2, pi, sqrt
-from operator import mul
 from typing import Any
 
 from ..numerics.decimals import PI, arithmetic
@@ -110,7 +109,8 @@ class ExtendedContact(ContactPhase):
 
         def shifted(x: Sequence[Any], rate: Decimal) -> list:
             """(A + rate) x."""
-            return [sum(map(mul, row, x)) + rate * e for row, e in zip(matrix, x)]
+            d, w, mean = x
+            return [a * d + b * w + c * mean + rate * e for (a, b, c), e in zip(matrix, x)]
 
         r, h, second = self._rates
         start = self._start

@@ -19,10 +19,6 @@ class Law:
     p are those of the table of variables, k is in N/m, b in N.s/m.
     """
 
-    #: As the FMU's enumeration shows it.
-    name: str
-    description: str
-
     #: Parameters that select a variant of this law, with their values where they select none: other
     #: laws reject other values. Without a variant such a law accepts all ordinary inputs.
     variants: Mapping[str, float] = MappingProxyType({})

@@ -9,7 +9,7 @@ form in σ; only t is an integral over σ.
 """
 
 from itertools import pairwise
-from math import atan2, hypot, inf, pi, sqrt
+from math import atan2, inf, pi, sqrt
 
 from ..numerics.gauss import GAUSS_5
 from ..numerics.panels import Oscillator, Panel
@@ -147,15 +147,17 @@ class PowerLawContact(ContactPhase):
             return scale * (motion.after(x, u, first)[1] - motion.after(x, u, last)[1])
         # ∫ F dt is ∫ (x + 2ζu) dσ up to a factor. Over a short time the rounding of σ cancels in
         # the quotient of that and of t = ∫ x^(-P) dσ (not smooth at x = 0, but σ is exact there).
-        points = [
-            (0.5 * weight, motion.after(x, u, first + (0.5 + 0.5 * at) * span))
-            for at, weight in GAUSS_5
-        ]
-        drive = sum(weight * point[2] for weight, point in points)
-        compressions = [point[0] for _, point in points]
+        drive, weights, compressions = 0.0, [], []
+        for at, weight in GAUSS_5:
+            compression, _, point_drive = motion.after(x, u, first + (0.5 + 0.5 * at) * span)
+            drive += 0.5 * weight * point_drive
+            weights.append(0.5 * weight)
+            compressions.append(compression)
         if max(compressions) >= 1.15 * min(compressions):
             return scale * drive * span
-        time = sum(weight * point[0] ** -self._power for weight, point in points)
+        time = 0.0
+        for weight, compression in zip(weights, compressions):
+            time += weight * compression**-self._power
         return scale * self._omega * width * drive / time
 
     def _sigma(self, t: float) -> float:
@@ -175,7 +177,8 @@ class PowerLawContact(ContactPhase):
             # until r is at the root that isn't negative (the other is beyond the end, r = -1/2ζ).
             zeta, power = motion.zeta, self._power
             half = 0.5 * (1.0 + power) - 2.0 * zeta * zeta
-            root = hypot(half, 2.0 * zeta * sqrt(power))
+            other = 2.0 * zeta * sqrt(power)
+            root = sqrt(half * half + other * other)
             r = 2.0 * zeta / (half + root) if half > 0.0 else (root - half) / (2.0 * zeta * power)
         if u <= r * x or not self._panels:
             return []

@@ -27,9 +27,6 @@ _LARGEST = 1e75
 class RelativeLaw(LinearLaw):
     """Law 2; see `Law`."""
 
-    name = "relative"
-    description = "A spring and a damper between the bodies: conserves momentum"
-
     variants = MappingProxyType({"exponent": 1.0, "restitution_at_rest": 0.0})
 
     def refusal(self, p: Parameters, inputs: Inputs) -> Refusal | None:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from decimal import Decimal
-from math import atan2, cos, exp, hypot, pi, sin
+from math import atan2, cos, exp, pi, sin, sqrt
 
 #: Halley's method takes a shorter step (relative) only once the next one would be below 1e-50.
 _TOLERANCE = Decimal(10) ** -17
@@ -84,7 +84,7 @@ def first_downward_zero(growth: float, real: float, cosine: float, sine: float) 
     angle = pi - atan2(cosine, sine)
     term = real * exp(growth * angle)
     rise = growth * term
-    amplitude = hypot(cosine, sine)
+    amplitude = sqrt(cosine * cosine + sine * sine)
     slope = rise - amplitude
     step = term / slope if slope else high
     if abs(step) < 0.1 * angle:

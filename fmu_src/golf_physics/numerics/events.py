@@ -1,0 +1,40 @@
+"""Event location: where functions of time fall to 0 on a panel of a solution.
+
+Times are those of the panel; between neighbours a function has at most one extremum.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
+
+Function = Callable[[float], float]
+
+
+def bisect(f: Function, low: float, high: float) -> float:
+    """The first double after `low` at which a function isn't above 0; it isn't at `high`."""
+    while low < (middle := 0.5 * (low + high)) < high:
+        low, high = (middle, high) if f(middle) > 0.0 else (low, middle)
+    return high
+
+
+def minimum(slope: Function, low: float, high: float) -> float | None:
+    """When a function has a minimum between two times, from its slope; None: it has none."""
+    return bisect(lambda t: -slope(t), low, high) if slope(low) < 0.0 < slope(high) else None
+
+
+def maxima(slope: Function, times: Sequence[float]) -> Iterator[float]:
+    """When a function has maxima, from its slope."""
+    for low, high in pairwise(times):
+        if slope(low) > 0.0 >= slope(high):
+            yield bisect(slope, low, high)
+
+
+def first_fall(f: Function, slope: Function, times: Sequence[float]) -> float | None:
+    """When a function first falls to 0, which it may be at the first of the times; None: never."""
+    for low, high in pairwise(times):
+        if f(high) > 0.0:
+            lowest = minimum(slope, low, high)
+            if lowest is None or f(lowest) > 0.0:
+                continue
+            high = lowest
+        return bisect(f, low, high)
+    return None
