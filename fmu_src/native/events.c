@@ -114,8 +114,10 @@ static int component_update(Component *c, int *must_stop, int *is_known, double 
     }
     if (is->last_step) {
         Events events;
+        Host host = hold(c);
         begin_events(c, is->point, &events);
         *is_known = next_event(c, &events, when);
+        release(&host);
     }
     return 1;
 }
@@ -135,11 +137,13 @@ static int step_from_start(Component *c, double point, double size)
 static int component_step_to_event(Component *c, double point, double size, int early, int *is_event,
                                    double *reached)
 {
-    double end = point + size, when;
+    int is_sum = isfinite(point) && isfinite(size) && fabs(point) <= LONGEST && fabs(size) <= LONGEST;
+    double end = is_sum ? point + size : point, when;
     *is_event = 0;
     *reached = end;
-    if (c->is.mode == STEPPING && isfinite(end)) {
+    if (c->is.mode == STEPPING && is_sum) {
         Events events;
+        Host host = hold(c);
         begin_events(c, point, &events);
         while (next_event(c, &events, &when) && when <= end) {
             if (when != end && !(early && when > point)) continue;
@@ -148,6 +152,7 @@ static int component_step_to_event(Component *c, double point, double size, int 
             if (when != end) size = when - point;
             break;
         }
+        release(&host);
     }
     return step_from_start(c, point, size);
 }

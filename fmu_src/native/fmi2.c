@@ -96,10 +96,12 @@ static int has_arrays(fmi2Component c, const void *references, const void *value
         int is_legal = 1;                                                                           \
         double value;                                                                               \
         if (!has_arrays(c, references, values, count)) return fmi2Error;                            \
+        Host host = hold(&((Instance *)c)->component);                                              \
         for (size_t n = 0; n < count; n++) {                                                        \
             is_legal &= component_get(&((Instance *)c)->component, references[n], of, &value);      \
             values[n] = (type)value;                                                                \
         }                                                                                           \
+        release(&host);                                                                             \
         int is_failed = has_read_failed(&((Instance *)c)->component);                               \
         for (size_t n = 0; is_failed && n < count; n++) values[n] = (type)(of == REAL ? NAN : 0.0); \
         return status_of(is_legal);                                                                 \

@@ -136,10 +136,12 @@ static int has_arrays(fmi3Instance c, const void *references, const void *values
         int is_legal = 1;                                                                           \
         double value;                                                                               \
         if (!has_arrays(c, references, values, count, value_count)) return fmi3Error;               \
+        Host host = hold(&((Instance *)c)->component);                                              \
         for (size_t n = 0; n < count; n++) {                                                        \
             is_legal &= component_get(&((Instance *)c)->component, references[n], of, &value);      \
             values[n] = (fmi3##Name)value;                                                          \
         }                                                                                           \
+        release(&host);                                                                             \
         int is_failed = has_read_failed(&((Instance *)c)->component);                               \
         for (size_t n = 0; is_failed && n < count; n++) values[n] = (fmi3##Name)(of == REAL ? NAN : 0.0);\
         return status_of(is_legal);                                                                 \

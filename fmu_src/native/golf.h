@@ -8,6 +8,7 @@
 #ifndef GOLF_H
 #define GOLF_H
 
+#include <fenv.h>
 #include <math.h>
 #include <stddef.h>
 #include <stdint.h>

@@ -124,7 +124,9 @@ static int set_up(Instance *i, double start_time, int has_stop_time, double stop
 
 static int is_past_stop(const Instance *i, double point, double size)
 {
-    return isfinite(point) && isfinite(size) && point + size > i->stop_time + STOP_TOLERANCE * size;
+    /* Others are refused anyway. */
+    int is_sum = isfinite(point) && isfinite(size) && fabs(point) <= LONGEST && fabs(size) <= LONGEST;
+    return is_sum && point + size > i->stop_time + STOP_TOLERANCE * size;
 }
 
 static const char *const PAST_STOP = "a step past the stop time of the experiment is refused";
