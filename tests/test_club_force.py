@@ -7,10 +7,10 @@ import fmpy
 import pytest
 from cases import DEFAULTS, integrated
 from compare import assert_close
-from components import put, stepped
+from components import get, initialized, put, stepped
 from conftest import some
 from golf_physics.component.component import Component
-from golf_physics.variables import BY_NAME, VARIABLES
+from golf_physics.variables import BY_NAME, MOTION, VARIABLES
 
 import golf_impact
 from golf_impact.reference import Reference
@@ -139,6 +139,69 @@ def test_refusals(sign):
     assert "acceleration of the club head must stay below 1e+75" in str(messages[-1])
     put(component, club_force=sign * 0.9e75 * 0.21)
     assert component.step(0.0, 1e-3)
+
+
+OUT_OF_PROPORTION = [
+    {"law": 1, "b": 0.0, "club_force": 1e60},
+    {"law": 2, "b": 1e-200, "club_force": 1e60},
+    {"law": 2, "b": 0.0, "club_force": 300.0, "club_speed": 1e-50},
+    {"law": 2, "exponent": 1.44, "b": 0.0, "club_force": 5e48},
+    {"law": 2, "exponent": 1.5, "b": 0.0, "club_force": 1e10},
+    {"law": 2, "exponent": 1.5, "club_force": 300.0, "club_speed": 1e-6},
+    {"law": 2, "exponent": 1.5, "restitution_at_rest": 0.8, "club_force": 1e10},
+]
+
+
+@pytest.mark.parametrize("values", OUT_OF_PROPORTION, ids=str)
+def test_a_force_out_of_proportion_is_refused_at_touch(values):
+    """Before touch it is ignored; in time, and the run goes on once it is corrected."""
+    messages = []
+    component = initialized(Component, messages.append, gap=0.001, **values)
+    approach = 0.001 / values.get("club_speed", 35.0)
+    assert component.step(0.0, 0.5 * approach)
+    assert not messages
+    assert not component.step(0.5 * approach, approach)
+    assert "club_force = " in str(messages[-1])
+    part = "share m_ball/(m_club + m_ball)" if "exponent" in values else "neither keeps the bodies"
+    assert part in str(messages[-1])
+    put(component, club_force=0.0)
+    assert component.step(0.5 * approach, approach)
+
+
+def test_a_force_out_of_proportion_is_refused_in_contact():
+    messages = []
+    component = initialized(Component, messages.append, law=2, exponent=1.5)
+    assert component.step(0.0, 1e-4)
+    put(component, club_force=1e9)
+    assert not component.step(1e-4, 1e-4)
+    assert "club_force = 1000000000.0 N is refused: its share" in str(messages[-1])
+    put(component, club_force=300.0)
+    assert component.step(1e-4, 1e-4)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_after_separation_the_compression_only_falls(seed):
+    """To 0, where it stays, whatever the force; the largest compression is constant."""
+    rng = random.Random(seed)
+    values = {"law": 1 + seed % 2, "b": rng.uniform(5.0, 60.0), "club_force": 100.0}
+    values |= {"law": 2, "exponent": 1.5, "club_force": 0.0} if seed % 3 == 0 else {}
+    end = stepped(values, [(1e-3, {})]).read(["contact_time"])["contact_time"] * (1.0 + 1e-12)
+    component = initialized(Component, pytest.fail, **values)
+    component.step(0.0, end)
+    time, left, most, crossed = end, math.inf, None, False
+    for size in (*[1e-7] * 20, *[1e-5] * 20, *[2e-2] * 20):
+        put(component, club_force=rng.uniform(-1e4, 2e4))
+        assert component.step(time, size)
+        time += size
+        force, x_club, x_ball, *_, now = get(component, *MOTION)
+        largest = get(component, "max_compression")
+        assert force == 0.0
+        assert 0.0 <= now <= left
+        assert most in (None, largest)
+        crossed |= x_club > x_ball + 1e-3
+        left, most = now, largest
+    assert left == 0.0
+    assert crossed
 
 
 def test_run_impact_ends_at_separation():

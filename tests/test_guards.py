@@ -21,7 +21,7 @@ from golf_physics.laws.extended import ExtendedContact
 from golf_physics.laws.law import LinearLaw
 from golf_physics.numerics import zeros
 from golf_physics.values import Inputs, Motion, Parameters
-from golf_physics.variables import MOTION
+from golf_physics.variables import BY_NAME, MOTION
 from instances import get, put, with_checksum
 
 from golf_build.system import COMPANIONS
@@ -105,7 +105,7 @@ APART = Motion(0.0, -1e-3, -60.0, 40.0, 1e-3, -100.0)
 
 @pytest.mark.parametrize(
     ("law", "b", "start"),
-    [(law, b, TOUCH) for law in (Both(), *LAWS.values()) for b in (0.0, 9.0, 100.0, 500.0)]
+    [(law, b, TOUCH) for law in (Both(), LAWS[1], LAWS[2]) for b in (0.0, 9.0, 100.0, 500.0)]
     + [(LAWS[1], 300.0, LATE), (LAWS[1], 1500.0, APART)],
 )
 def test_a_linear_law_by_its_coefficients_alone(law, b, start):
@@ -301,7 +301,7 @@ def test_touch_is_undecided_up_to_the_last_bit_of_the_clock(bits, faster):
     ("name", "value", "sentence"),
     [
         ("k", -1.0, "k = -1.0 N/m is refused: it must be a finite number > 0"),
-        ("law", 3, "law = 3 is refused: it must be 1 (absolute) or 2 (relative)"),
+        ("law", 99, f"law = 99 is refused: it must be {BY_NAME['law'].allowed}"),
     ],
 )
 def test_sentences_of_refusals(name, value, sentence):

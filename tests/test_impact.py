@@ -25,6 +25,13 @@ def impact_of(values):
     return Impact.start(Parameters(*values.values()), inputs.club_speed), inputs
 
 
+def state(impact, instant):
+    if impact.in_contact:
+        dense, scale = impact.phase.dense_output()
+        return dense(scale * impact.elapsed(instant))
+    return impact.state(instant)
+
+
 @pytest.mark.parametrize("values", KINDS.values(), ids=KINDS)
 def test_an_impact_never_changes(values):
     impact, inputs = impact_of({**values, "gap": 0.001})
@@ -48,7 +55,7 @@ def test_an_impact_never_changes(values):
         assert codec.packed("", now) == packed
         again = codec.unpacked("", packed, CLASSES, lambda class_, arguments: None)
         assert codec.packed("", again) == packed
-        assert again.state(instant) == now.state(instant)
+        assert state(again, instant) == state(now, instant)
     assert set(kinds) == {Approach, Contact, Flight}
 
 

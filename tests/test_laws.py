@@ -153,7 +153,7 @@ class SplitLaw(LinearLaw):
 
 
 CONTRIBUTING = (ROOT / ".github" / "CONTRIBUTING.md").read_text("utf-8")
-(NAME_ROW,) = re.findall(r"`(3: \(\"hunt-crossley\".*\),)`", CONTRIBUTING)
+(NAME_ROW,) = re.findall(r"^    3: \(\"hunt-crossley\".*\),$", CONTRIBUTING, re.MULTILINE)
 
 
 def recipe():
@@ -176,9 +176,9 @@ def checkout_with(code, folder):
     (laws / "__init__.py").write_text(changed)
     variables_py = laws.parent / "variables.py"
     rows = variables_py.read_text()
-    first = "LAWS: dict[int, tuple[str, str]] = {\n"
-    assert first in rows
-    variables_py.write_text(rows.replace(first, f"{first}    {NAME_ROW}\n"))
+    changed = re.sub(r"^    2: \(\"relative\".*$", rf"\g<0>\n{NAME_ROW}", rows, flags=re.MULTILINE)
+    assert changed != rows
+    variables_py.write_text(changed)
     return os.environ | path | {"GOLF_IMPACT_LAWS": code}
 
 

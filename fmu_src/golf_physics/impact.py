@@ -85,16 +85,6 @@ class Impact:
     def find_end(self) -> None:
         """Evaluate the phase until its `duration` is known."""
 
-    def state(self, instant: Instant) -> State:
-        """Contact force, positions, velocities and compression at an instant of the phase."""
-        t = self.since_begin(instant)
-        _, x_ball, v_club, v_ball, compression, closing = self.motion
-        x_ball += v_ball * t
-        compression += self.compression_low + closing * t
-        # Bodies that close aren't compressed yet, whatever the rounding.
-        left = compression if compression > 0.0 >= closing else 0.0
-        return [0.0, x_ball + compression, x_ball, v_club, v_ball, left]
-
     def last_contact(self, instant: Instant) -> tuple[Any, float] | None:
         """The last contact phase and how long it has lasted, s; None before touch."""
         return None
@@ -169,6 +159,16 @@ class Approach(Impact):
         self.velocities = club_speed, v_ball
         gap = -(compression + compression_low)
         self.duration = (gap if gap > 0.0 else 0.0) / closing if closing > 0.0 else inf
+
+    def state(self, instant: Instant) -> State:
+        """Contact force, positions, velocities and compression at an instant of the phase."""
+        t = self.since_begin(instant)
+        _, x_ball, v_club, v_ball, compression, closing = self.motion
+        x_ball += v_ball * t
+        compression += self.compression_low + closing * t
+        # Bodies that close aren't compressed yet, whatever the rounding.
+        left = compression if compression > 0.0 >= closing else 0.0
+        return [0.0, x_ball + compression, x_ball, v_club, v_ball, left]
 
     def following(self, inputs: Inputs) -> "Contact":
         p = self.parameters
@@ -304,16 +304,6 @@ class Contact(Impact):
         if state[5] < 0.0:
             state[2], state[5] = state[1], 0.0
 
-    def state(self, instant: Instant) -> State:
-        high, low = self.begin
-        t = (instant[0] - high) + (instant[1] - low)
-        if t <= RESOLUTION * high:
-            t = 0.0
-        dense, scale = self.phase.dense_output()
-        state = dense(scale * t)
-        self.clamp(state, t)
-        return state
-
     def last_contact(self, instant: Instant) -> "tuple[Contact, float]":
         return self, self.elapsed(instant)
 
@@ -399,6 +389,7 @@ class Flight(Impact):
         return motion
 
     def state(self, instant: Instant) -> State:
+        """As of an `Approach`."""
         high, low = self.begin
         t = (instant[0] - high) + (instant[1] - low)
         _, x_ball, v_club, v_ball, distance, closing = self._motion or self.motion

@@ -1,13 +1,13 @@
-"""Common parts of the FMI adapters, and the hold on a thread's Python state."""
+"""Common parts of the FMI adapters, and what keeps a thread's Python state."""
 
-import threading  # before any hold: it must not be first imported by a thread that is held
+import threading  # it must not be first imported by a thread whose state is kept
 from collections.abc import Callable
 from typing import Any
 
 _this_thread = threading.local()
 
 
-class _Hold:
+class _ThreadState:
     """Keeps the Python thread state of the thread that made this, until `release` in that thread.
 
     A thread that Python didn't start has no thread state, so PyGILState_Ensure makes one at every
@@ -16,7 +16,7 @@ class _Hold:
     ends: a few kilobytes. In a thread of Python's own all this is one number that goes up and down.
 
     The `threading` module waits, when Python ends, for the thread that first imported it. So the
-    call of the host that imported it must be over before a hold is made: never make one while an
+    call of the host that imported it must be over before one of these is made: never while an
     instance is made.
     """
 
@@ -58,11 +58,11 @@ class Adapter:
     """A slave around one component."""
 
     _component: Any
-    _hold: _Hold | None = None
+    _thread_state: _ThreadState | None = None
 
     def enter_initialization_mode(self):
-        # Not earlier: see _Hold.
-        self._hold = _Hold()
+        # Not earlier: see _ThreadState.
+        self._thread_state = _ThreadState()
         self._component.enter_initialization()
 
     def exit_initialization_mode(self):
@@ -71,8 +71,8 @@ class Adapter:
 
     def terminate(self):
         self._component.terminate()
-        if self._hold is not None:
-            self._hold.release()
+        if self._thread_state is not None:
+            self._thread_state.release()
 
     get_boolean, set_boolean = accessors("Boolean")
     get_string, set_string = accessors("String", str)

@@ -277,8 +277,8 @@ class Component:
                 reason = str(_not_computed(error))
                 return Refusal(f"k = {k!r}, b = {b!r} are refused: {reason}", "k", k, reason)
         p, check_every_step = impact.parameters, False
-        if p.restitution_at_rest and impact.touch is None:
-            problem = LAWS[p.law].refusal_of_touch(p, club_speed)
+        if impact.touch is None and (p.restitution_at_rest or club_force):
+            problem = LAWS[p.law].refusal_of_touch(p, inputs)
             check_every_step = problem is not None
             left = impact.duration - impact.elapsed(instant)
             if problem is not None and left <= size * (1.0 + 1e-12):
@@ -404,7 +404,7 @@ class Component:
         """Values of variables of another type ("Enumeration", "Boolean")."""
         _, pick = self.reading(tuple(references), type_)
         try:
-            return self.state() if pick is None else pick(self)
+            return pick(self)
         except (ArithmeticError, ValueError) as error:
             self._report(_not_computed(error))
             return [0] * len(references)

@@ -98,7 +98,8 @@ class SolvedImpact(_Solution, Impact):
         if self.touch is None:
             impact = self._replace(states=(x_club, x_ball, v_club, v_ball))
             if touch_indicator(self, ahead) <= _ABOVE_ZERO and v_club > v_ball:
-                refusal = LAWS[p.law].refusal_of_touch(p, v_club)
+                # A host's solver is exact beside any force.
+                refusal = LAWS[p.law].refusal_of_touch(p, self.inputs._replace(club_force=0.0))
                 touch = Touch((self.time, 0.0), x_ball, v_club)
                 impact = impact._replace(touch=touch, in_contact=True, refusal_of_touch=refusal)
                 if refusal is None:

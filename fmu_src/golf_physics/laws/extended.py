@@ -49,6 +49,9 @@ _HEAVY, _UNEQUAL, _FAST = 5e4, 1e8, 1e5
 #: A row beside a level has maxima in so many times the window.
 _MORE = 15
 
+#: So many extrema of the force are examined for the end of a contact under a force.
+_MOST_EXTREMA = 2000
+
 #: A smaller damping ratio is replaced by this one, and a pair of rates that are nearer (relative,
 #: squared) by two real ones so far apart: that changes no bit of any result.
 _LEAST_DAMPING = _APART = Decimal(10) ** -30
@@ -250,12 +253,18 @@ class ExtendedContact(ContactPhase):
         positive = next((f for f in starts if f), 0) > 0
         # With a level the extrema are zeros of the slope, which has none.
         points = (t for t, _ in self._sign_changes(slope, end)) if level else self._extrema(row)
-        low = _ZERO
+        low, examined = _ZERO, 0
         # A number with the sign of f after a long time, for a pair of real rates. One of them is
         # the slowest: from half of their sum Halley's method finds the largest of three roots, r.
         last = level or row[1] + row[2]
         while low < end and not (end == _INFINITY and self._is_settled(row, level, low)):
             high = min(next(points, end), end)
+            examined += 1
+            if examined == _MOST_EXTREMA:
+                raise ArithmeticError(
+                    f"after {_MOST_EXTREMA} extrema of the contact force, at {float(low)!r} s, the "
+                    "force on the club head neither keeps the bodies together nor parts them"
+                )
             later = last if high == _INFINITY else level + self._at(high, row)[0]
             if later and (later > 0) != positive:
                 if high == _INFINITY:

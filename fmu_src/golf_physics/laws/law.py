@@ -2,12 +2,17 @@
 
 from collections.abc import Mapping
 from functools import partial
+from math import sqrt
 from types import MappingProxyType
 
-from ..values import Inputs, Motion, Parameters, Refusal
+from ..values import Inputs, Motion, Parameters, Refusal, rejected
 from .closed_form import linear_contact
 from .contact import ContactPhase
 from .integrated import IntegratedContact
+
+#: A larger force on the club head (relative to the contact force without it) may leave so little of
+#: the approach speed that the contact can't be computed.
+_LARGE_FORCE = 1e15
 
 
 class Law:
@@ -27,8 +32,8 @@ class Law:
         """Why the law rejects these values together, or None."""
         return None
 
-    def refusal_of_touch(self, p: Parameters, club_speed: float) -> Refusal | None:
-        """Why it rejects a touch at this club speed (m/s), or None."""
+    def refusal_of_touch(self, p: Parameters, inputs: Inputs) -> Refusal | None:
+        """Why it rejects a touch under these inputs, or None."""
         return None
 
     def damping(self, p: Parameters, k: float, b: float, closing: float) -> float:
@@ -64,6 +69,22 @@ class LinearLaw(Law):
     def damper(self, b: float) -> float:
         """The coefficient of the closing speed, N.s/m."""
         return 0.0
+
+    def refusal_of_touch(self, p: Parameters, inputs: Inputs) -> Refusal | None:
+        """Beside a force on the club head the approach speed must not vanish."""
+        k, _, club_speed, club_force = inputs
+        closing = club_speed - p.ball_speed
+        share = p.m_ball / (p.m_club + p.m_ball)
+        if (
+            closing > 0.0
+            and share * abs(club_force) > _LARGE_FORCE * sqrt(k * p.m_club * share) * closing
+        ):
+            start = Motion(0.0, 0.0, club_speed, p.ball_speed, 0.0, closing)
+            try:
+                self.contact(p, inputs, start)
+            except ArithmeticError as error:
+                return rejected("club_force", club_force, str(error), " N")
+        return None
 
     def force(self, p: Parameters, k: float, b: float, compression: float, closing: float) -> float:
         return k * compression + self.damper(b) * closing

@@ -14,7 +14,7 @@ from math import inf, sqrt
 from types import MappingProxyType
 
 from ..restitution import LEAST, damping_ratio
-from ..values import Inputs, Motion, Parameters, Refusal
+from ..values import Inputs, Motion, Parameters, Refusal, rejected
 from .closed_form import ClosedFormContact
 from .contact import ContactPhase
 from .law import Law, LinearLaw
@@ -22,6 +22,33 @@ from .power_law import PowerLawContact
 
 #: Lengths (m) and rates (1/s) to which a power law may lead.
 _LARGEST = 1e75
+
+
+#: Beside a larger push on the club head (relative to the contact force without it) rounding errors
+#: would decide whether the bodies separate.
+_MOST_FORCE = 1e4
+
+
+def _refusal_of_force(
+    p: Parameters, k: float, club_force: float, compression: float, closing: float
+) -> Refusal | None:
+    """Why a push on the club head is rejected beside a power law, or None."""
+    if club_force <= 0.0:
+        return None
+    n, length = p.exponent, p.reference_compression
+    share = p.m_ball / (p.m_club + p.m_ball)
+    rate = closing / length
+    # The compression that the energy leads to, relative to `length`, to the power of n + 1.
+    power = 0.5 * (n + 1.0) * (p.m_club * share / k) * rate * rate
+    power += (compression / length) ** (n + 1.0)
+    contact_force = k * length * power ** (n / (n + 1.0))
+    if share * club_force <= _MOST_FORCE * contact_force:
+        return None
+    reason = (
+        f"its share m_ball/(m_club + m_ball) must be at most {_MOST_FORCE:g} times the contact "
+        f"force that the motion leads to, {contact_force:g} N"
+    )
+    return rejected("club_force", club_force, reason, " N")
 
 
 class RelativeLaw(LinearLaw):
@@ -54,14 +81,17 @@ class RelativeLaw(LinearLaw):
         )
         return Refusal(f"{given}: {reason}", "exponent", n, reason)
 
-    def refusal_of_touch(self, p: Parameters, club_speed: float) -> Refusal | None:
+    def refusal_of_touch(self, p: Parameters, inputs: Inputs) -> Refusal | None:
         """A coefficient of restitution that falls with speed must stay in 0…1."""
+        k, _, club_speed, club_force = inputs
         closing = club_speed - p.ball_speed
-        if not p.restitution_at_rest or closing <= 0.0:
+        if closing <= 0.0:
             return None
         coefficient = p.restitution_at_rest - p.restitution_slope * closing
-        if LEAST <= coefficient <= 1.0:
-            return None
+        if not p.restitution_at_rest or LEAST <= coefficient <= 1.0:
+            if p.exponent == 1.0:
+                return super().refusal_of_touch(p, inputs)
+            return _refusal_of_force(p, k, club_force, 0.0, closing)
         reason = (
             "restitution_at_rest - restitution_slope * approach speed = "
             f"{p.restitution_at_rest!r} - {p.restitution_slope!r} * {closing!r} = "
@@ -84,6 +114,9 @@ class RelativeLaw(LinearLaw):
         k, b, _, club_force = inputs
         if p.exponent != 1.0:
             if club_force:
+                refusal = _refusal_of_force(p, k, club_force, start.compression, start.closing)
+                if refusal is not None:
+                    raise ArithmeticError(refusal.sentence)
                 # In the scaled time it is a power of x, without a closed form.
                 return Law.contact(self, p, inputs, start)
             return PowerLawContact(p, k, b, start)
