@@ -4,7 +4,7 @@ No physics in here, and no list of variables: both are in golf_physics.companion
 """
 
 from golf_physics.companions.companion import Companion
-from host.adapter import Adapter
+from host.adapter import Adapter, accessors
 from host.at_exit import prepare_process
 from host.messages import Messages
 from pythonfmu import Fmi2Slave
@@ -39,7 +39,9 @@ class CompanionAdapter(Adapter, Fmi2Slave):
         return cls.kind.unpacked(data, cls.rows)
 
     def setup_experiment(self, start_time, stop_time=None, tolerance=None):
-        """Has no effect; the standalone FMU passes the start time alone."""
+        self._component.set_up(start_time)
+
+    get_integer, set_integer = accessors("Integer")
 
     # Abstract in pythonfmu; __init__ binds it.
     do_step = None

@@ -1,5 +1,7 @@
 """The rules of FMI 2.0 for calls in any order, legal or not, and a session that checks them.
 
+They are the same for ClubBallImpact and its companions.
+
 `Model` has only the rules of the interface (modes, ranges, refusals), no physics: the expected
 numbers are those of a second instance of the FMU, driven by the accepted calls alone. Equal means
 equal to the last bit.
@@ -8,11 +10,15 @@ equal to the last bit.
 import copy
 import math
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import fmpy
 from fmi2_calls import DISCARD, ERROR, OK, Player
 from golf_physics.variables import VARIABLES
+
+from golf_build.system import COMPANIONS
 
 INSTANTIATED, INITIALIZATION, BLOCKED, STEPPING, TERMINATED = range(5)
 
@@ -27,6 +33,29 @@ _POINT_TOLERANCE = 1e-6
 
 #: Types that the calls have, where they aren't those of the table.
 _TYPES = {"Enumeration": "integer"}
+
+
+class Physics(NamedTuple):
+    """What the rules need of a model.
+
+    Attributes:
+        rows: its variables.
+        usual: values by name, so few that some come twice.
+        inputs: what hosts set at every step.
+        conflict: whether values, by name, can't begin a run.
+        ordinary: whether the physics has no reason to refuse values.
+        longest: step that it doesn't refuse, s.
+        moving, metrics: references of what a host reads at every step, and at the end.
+    """
+
+    rows: list
+    usual: dict
+    inputs: tuple
+    conflict: Callable
+    ordinary: Callable
+    longest: float
+    moving: tuple
+    metrics: tuple
 
 
 @dataclass
@@ -61,11 +90,13 @@ class Session:
     Args:
         folder: the extracted FMU.
         trace: see Player.
+        name: of the model.
     """
 
-    def __init__(self, folder, trace=None):
+    def __init__(self, folder, trace=None, name="ClubBallImpact"):
+        self.physics = physics = PHYSICS[name]
         self.variables = {
-            v.reference: v._replace(type=_TYPES.get(v.type, v.type.lower())) for v in VARIABLES
+            v.reference: v._replace(type=_TYPES.get(v.type, v.type.lower())) for v in physics.rows
         }
         self.names = {v.name: r for r, v in self.variables.items()}
         self.by_type = {"real": [], "integer": [], "boolean": []}
@@ -152,11 +183,10 @@ class Session:
     def _begin(self, model):
         """Stepping begins if no parameter is refused and all of them agree."""
         v = self._by_name(model)
-        clash = v["law"] == 1 and (v["exponent"] != 1.0 or v["restitution_at_rest"] > 0.0)
         fixed = v.keys() - {self.variables[r].name for r in self._inputs}
-        if clash or model.refused & fixed or v["exponent"] > 12.0:
+        if model.refused & fixed or self.physics.conflict(v):
             return False
-        model.wild = model.wild or not _ordinary(v)
+        model.wild = model.wild or not self.physics.ordinary(v)
         model.mode = STEPPING
         model.begun = (model.start_time, dict(model.values))
         return True
@@ -219,7 +249,7 @@ class Session:
         model = self.models[i]
         refused, jumped = self._expected(model, point, size)
         # The limits of physics near the largest and smallest doubles aren't computed here.
-        ordinary = _ordinary(self._by_name(model))
+        ordinary = size <= self.physics.longest and self.physics.ordinary(self._by_name(model))
         unknown = not refused and (model.wild or not ordinary)
         assert unknown or (status == DISCARD) == refused, f"{point!r}, {size!r}: {status}, {model}"
         self.counts["accepted steps" if status == OK else "refused steps"] += 1
@@ -356,7 +386,12 @@ class Session:
         self.ok("fill", "new-sequence", "")
 
 
-def _ordinary(v):
+def _conflict_of_impact(v):
+    clash = v["law"] == 1 and (v["exponent"] != 1.0 or v["restitution_at_rest"] > 0.0)
+    return clash or v["exponent"] > 12.0
+
+
+def _ordinary_impact(v):
     """Values for which the FMU has no reason to refuse anything."""
     closing = max(0.0, v["club_speed"] - v["ball_speed"])
     coefficient = v["restitution_at_rest"] - v["restitution_slope"] * closing
@@ -375,3 +410,90 @@ def _ordinary(v):
         # The line of COR over approach speed, if there is one, gives a COR.
         and (v["restitution_at_rest"] == 0.0 or 0.01 <= coefficient <= 1.0)
     )
+
+
+def _companion(name, usual, inputs, moving, longest=1e100, ordinary=lambda v: True):
+    rows = COMPANIONS[name].tables["rows"]
+    references = tuple(row.reference for row in rows if row.name in moving)
+    start = {row.name: row.start for row in rows if row.start is not None}
+
+    def usual_only(v):
+        return all(v[n] in (start[n], *usual.get(n, ())) for n in start) and ordinary(v)
+
+    return Physics(
+        rows, usual, inputs, lambda v: False, usual_only, longest, references, references[:1]
+    )
+
+
+#: By the names of the models.
+PHYSICS = {
+    "ClubBallImpact": Physics(
+        VARIABLES,
+        {
+            "k": (1e6, 8e5, 3e6, 2e4),
+            "b": (9.0, 0.0, 40.0, 700.0, 2e4),
+            "club_speed": (35.0, 50.0, 1.0, 0.0, -5.0),
+            "m_club": (0.21, 0.2, 0.046),
+            "m_ball": (0.04593, 0.3),
+            "ball_diameter": (0.04267, 0.05),
+            "ball_speed": (0.0, 3.0, -20.0),
+            "gap": (0.0, 0.001, 0.02, 1.0),
+            "law": (1, 2),
+            "exponent": (1.0, 1.5, 1.615544, 3.0),
+            "reference_compression": (0.005, 0.001),
+            "restitution_at_rest": (0.0, 0.86),
+            "restitution_slope": (0.0, 0.0029),
+        },
+        ("k", "b", "club_speed"),
+        _conflict_of_impact,
+        _ordinary_impact,
+        1e100,
+        (13, 14, 15, 16, 17),
+        (24, 25, 26),
+    ),
+    "Swing": _companion(
+        "Swing",
+        {
+            "impulse": (0.0, 0.05, 1.0),
+            "gravity": (9.806, 9.0),
+            "club_mass": (0.3, 0.31),
+            "spin_loft": (0.0, 0.2),
+            "prescribed_speed": (0.0, 40.0),
+        },
+        ("impulse",),
+        ("club_speed", "head_speed", "arm_angle", "hand_force", "reaction_work"),
+        # A longer one is refused until the ball is hit.
+        longest=0.1,
+    ),
+    "Launch": _companion(
+        "Launch",
+        {
+            "separated": (False, True),
+            "ball_velocity": (0.0, 50.0, 60.0),
+            "club_velocity": (0.0, 20.0),
+            "smash_factor": (0.0, 1.4),
+            "coefficient_of_restitution": (0.0, 0.8),
+            "dynamic_loft": (0.2, 0.5),
+            "friction": (0.4, 0.3),
+        },
+        ("separated", "ball_velocity", "coefficient_of_restitution"),
+        ("launched", "ball_speed", "launch_angle", "backspin"),
+        ordinary=lambda v: (
+            not v["separated"]
+            or (v["coefficient_of_restitution"] > 0.0 and v["ball_velocity"] > v["club_velocity"])
+        ),
+    ),
+    "BallFlight": _companion(
+        "BallFlight",
+        {
+            "separated": (False, True),
+            "ball_velocity": (0.0, 50.0, 70.0),
+            "launch_angle": (0.2, 0.0),
+            "touch_time": (0.0, 1e-3),
+            "wind_speed": (0.0, 5.0),
+            "gravity": (9.80665, 9.0),
+        },
+        ("separated", "ball_velocity", "launch_angle"),
+        ("distance", "height", "carry"),
+    ),
+}

@@ -12,28 +12,12 @@ import sys
 import hypothesis.strategies as st
 from call_order import STEPPING, Session
 from fmi2_calls import EXTRA
+from fmpy import read_model_description
 from hypothesis import HealthCheck, Phase, seed, settings
 from hypothesis.stateful import RuleBasedStateMachine, precondition, rule, run_state_machine_as_test
 
 INSTANCES, STATES, BYTES = ("0", "1", "2"), ("0", "1", "2", "3"), ("0", "1")
 
-#: Values by name, so few that some come twice.
-USUAL = {
-    "k": (1e6, 8e5, 3e6, 2e4),
-    "b": (9.0, 0.0, 40.0, 700.0, 2e4),
-    "club_speed": (35.0, 50.0, 1.0, 0.0, -5.0),
-    "m_club": (0.21, 0.2, 0.046),
-    "m_ball": (0.04593, 0.3),
-    "ball_diameter": (0.04267, 0.05),
-    "ball_speed": (0.0, 3.0, -20.0),
-    "gap": (0.0, 0.001, 0.02, 1.0),
-    "law": (1, 2),
-    "exponent": (1.0, 1.5, 1.615544, 3.0),
-    "reference_compression": (0.005, 0.001),
-    "restitution_at_rest": (0.0, 0.86),
-    "restitution_slope": (0.0, 0.0029),
-}
-INPUTS = ("k", "b", "club_speed")
 ODD_NUMBERS = (
     math.nan, math.inf, -math.inf, -1.0, -0.0, 0.0, 5e-324, -5e-324, 2.2e-308, 1e-160, 1e160, 1e300,
     -1e300, 1.7976931348623157e308,
@@ -47,9 +31,6 @@ ODD_SIZES = (
 )  # fmt: skip
 ODD_SHIFTS = (0.0, 1e-7, -1e-7, 1e-3, -1.0, 5.0, 1e9, math.nan, math.inf, -math.inf)
 ODD_REFERENCES = (35, 36, 1000, 2**31 - 1, 2**31, 2**32 - 2, 2**32 - 1)
-
-#: What a host reads at every step: force, positions and velocities; and S, COR, E.
-MOVING, METRICS = (13, 14, 15, 16, 17), (24, 25, 26)
 
 session = None
 
@@ -77,7 +58,8 @@ class CallOrder(RuleBasedStateMachine):
         session.exit(i)
 
     def put(self, i, name, value):
-        session.set(i, "integer" if name == "law" else "real", [(session.names[name], value)])
+        reference = session.names[name]
+        session.set(i, session.variables[reference].type, [(reference, value)])
 
     def any_instance(self, data, label="instance"):
         return data.draw(st.sampled_from(sorted(session.models)), label)
@@ -93,11 +75,21 @@ class CallOrder(RuleBasedStateMachine):
         if model.once:
             session.step(i, model.point, 1e-5)
 
-    def step_and_read(self, i, size, number, references=MOVING):
+    def step_and_read(self, i, size, number, references=None):
         for _ in range(number):
             session.step(i, session.models[i].point, size)
-            if references:
-                session.get(i, "real", references)
+            if references != ():
+                self.read(i, references)
+
+    def read(self, i, references=None):
+        real = session.by_type["real"]
+        moving = session.physics.moving if references is None else references
+        session.get(i, "real", [reference for reference in moving if reference in real])
+
+    def usual(self, data, names):
+        """A variable among these and a value of it."""
+        name = data.draw(st.sampled_from(tuple(names)), "name")
+        return name, data.draw(st.sampled_from(session.physics.usual[name]), "value")
 
     # Life
 
@@ -111,16 +103,17 @@ class CallOrder(RuleBasedStateMachine):
     @rule(data=st.data(), start=st.sampled_from((0.0, 0.0, 100.0, -3.0, 1e6)))
     def begin(self, data, start):
         i = self.any_instance(data)
-        optional = {name: st.sampled_from(values) for name, values in USUAL.items()}
-        values = data.draw(st.fixed_dictionaries({"law": optional.pop("law")}, optional=optional))
-        if values["law"] == 1:
+        optional = {n: st.sampled_from(values) for n, values in session.physics.usual.items()}
+        fixed = {"law": optional.pop("law")} if "law" in optional else {}
+        values = data.draw(st.fixed_dictionaries(fixed, optional=optional))
+        if values.get("law") == 1:
             values |= {"exponent": 1.0, "restitution_at_rest": 0.0}
         self.start(i, start, values)
         # A touch at this very instant is decided by what is set now, even if it has been read.
         if data.draw(st.booleans(), "read"):
-            session.get(i, "real", MOVING)
+            self.read(i)
         if data.draw(st.booleans(), "set"):
-            self.put(i, "club_speed", data.draw(st.sampled_from(USUAL["club_speed"])))
+            self.put(i, *self.usual(data, session.physics.inputs[-1:]))
             session.step(i, session.models[i].point, 1e-4)
 
     @rule(data=st.data(), call=st.sampled_from(("enter", "exit", "end", "reset")))
@@ -133,15 +126,19 @@ class CallOrder(RuleBasedStateMachine):
 
     # Values
 
-    @rule(data=st.data(), name=st.sampled_from((*USUAL, *INPUTS, *INPUTS, *INPUTS, *INPUTS)))
-    def set_usual(self, data, name):
-        self.put(self.any_instance(data), name, data.draw(st.sampled_from(USUAL[name])))
+    @rule(data=st.data())
+    def set_usual(self, data):
+        names = (*session.physics.usual, *session.physics.inputs * 4)
+        self.put(self.any_instance(data), *self.usual(data, names))
 
-    @rule(data=st.data(), name=st.sampled_from(tuple(USUAL)))
-    def set_odd_and_back(self, data, name):
+    @rule(data=st.data())
+    def set_odd_and_back(self, data):
         i = self.any_instance(data)
+        name, _ = self.usual(data, session.physics.usual)
         before = session.models[i].values[session.names[name]]
-        self.put(i, name, data.draw(st.sampled_from(ODD_LAWS if name == "law" else ODD_NUMBERS)))
+        odd = {"integer": ODD_LAWS, "boolean": (True, False), "real": ODD_NUMBERS}
+        odd = odd[session.variables[session.names[name]].type]
+        self.put(i, name, data.draw(st.sampled_from(odd)))
         if data.draw(st.booleans(), "step with it"):
             session.step(i, session.models[i].point, 1e-5)
         if data.draw(st.booleans(), "back"):
@@ -161,8 +158,9 @@ class CallOrder(RuleBasedStateMachine):
     @rule(data=st.data(), type_=st.sampled_from(("real", "real", "real", "integer", "boolean")))
     def get(self, data, type_):
         all_ = session.by_type[type_]
-        some = st.lists(st.sampled_from(all_), min_size=1, max_size=6)
-        moving = st.integers(1, 6).map(lambda count: range(13, 13 + count))
+        some = st.lists(st.sampled_from(all_), min_size=1, max_size=6) if all_ else st.just([])
+        first = next(r for r in session.physics.moving if r in session.by_type["real"])
+        moving = st.integers(1, 6).map(lambda count: range(first, first + count))
         choice = st.one_of(st.just(all_), some, *[moving] * (type_ == "real"))
         session.get(self.any_instance(data), type_, data.draw(choice))
 
@@ -177,7 +175,7 @@ class CallOrder(RuleBasedStateMachine):
         i = self.any_instance(data)
         if data.draw(st.booleans(), "corrected before"):
             self.correct(i)
-        references = data.draw(st.sampled_from(((), MOVING, METRICS)))
+        references = data.draw(st.sampled_from(((), None, session.physics.metrics)))
         self.step_and_read(i, size, number, references)
 
     @rule(
@@ -219,22 +217,25 @@ class CallOrder(RuleBasedStateMachine):
         i = self.any_instance(data)
         self.correct(i)
         if session.models[i].mode != STEPPING:
-            self.start(i, 0.0, {"law": data.draw(st.integers(1, 2), "law")})
+            law = {"law": data.draw(st.integers(1, 2), "law")} if "law" in session.names else {}
+            self.start(i, 0.0, law)
         self.step_and_read(i, 2.5e-5, before)
         session.save(i, "rollback")
         self.step_and_read(i, 2.5e-5, after)
         if odd == "input":
-            k = session.models[i].values[session.names["k"]]
-            self.put(i, "k", 8e5 if k != 8e5 else 1e6)
+            name = session.physics.inputs[0]
+            one, two, *_ = session.physics.usual[name]
+            same = session.models[i].values[session.names[name]] == two
+            self.put(i, name, one if same else two)
         elif odd == "bad input":
-            self.put(i, "b", -1.0)
+            self.put(i, session.physics.inputs[1 % len(session.physics.inputs)], math.nan)
         elif odd == "bad step":
             session.step(i, -1e9, 1e-5)
         elif odd == "reset":
             session.reset(i)
         session.restore(i, "rollback")
         session.drop(i, "rollback")
-        session.get(i, "real", MOVING)
+        self.read(i)
         self.step_and_read(i, 2.5e-5, number)
         session.compare(i)
 
@@ -286,7 +287,7 @@ class CallOrder(RuleBasedStateMachine):
 def main(folder, trace, examples, steps, chosen):
     global session
     with open(trace, "wb", buffering=0) as stream:
-        session = Session(folder, stream)
+        session = Session(folder, stream, read_model_description(folder).modelName)
         run_state_machine_as_test(
             seed(chosen)(CallOrder) if chosen else CallOrder,
             settings=settings(

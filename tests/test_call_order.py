@@ -36,7 +36,10 @@ for n in range(334):
 @pytest.fixture(scope="module", params=RUNS)
 def trace(request, extracted, tmp_path_factory):
     """The calls and results of a run of the state machine, which must not fail."""
-    examples, steps, seed, _ = request.param
+    return played(extracted, tmp_path_factory, *request.param[:3])
+
+
+def played(extracted, tmp_path_factory, examples, steps, seed):
     file = tmp_path_factory.mktemp("trace") / "trace"
     arguments = extracted, file, examples, steps, seed
     command = sys.executable, "-X", "faulthandler", MACHINE, *arguments
@@ -53,14 +56,26 @@ def trace(request, extracted, tmp_path_factory):
     assert counts["refused steps"] > examples * steps / 6
     assert counts["comparisons"] > examples * steps / 12
     print(counts)
-    yield text
     file.unlink()
+    return text
 
 
 def test_every_order_of_calls(trace):
     statuses = {line.split()[1] for line in trace.splitlines() if line.startswith("=")}
     # OK, Discard, and Error for calls that pythonfmu doesn't support; never Fatal.
     assert statuses == {"0", "2", "3"}
+
+
+@pytest.mark.parametrize("examples", [8, pytest.param(100, marks=pytest.mark.ci)])
+@pytest.mark.parametrize("name", ["Swing", "Launch", "BallFlight"])
+def test_every_order_of_calls_to_a_companion(name, examples, files, tmp_path_factory):
+    """By the same rules: what is refused in one FMU is refused in the others."""
+    (file,) = (file for file in files if file.stem == name)
+    folder = fmpy.extract(str(file), str(tmp_path_factory.mktemp(name)))
+    trace = played(folder, tmp_path_factory, examples, 40, 1)
+    assert {line.split()[1] for line in trace.splitlines() if line.startswith("=")} == {
+        "0", "2", "3",
+    }  # fmt: skip
 
 
 def test_a_c_host_gets_the_same_results(trace, extracted, libpython, compiled):

@@ -113,13 +113,10 @@ def test_power_laws_against_an_integration(exponent):
 
 
 def test_only_pieces_that_are_read_are_integrated(monkeypatch):
-    from golf_physics.laws.integrated import IntegratedContact
+    from golf_physics.laws import integrated
 
-    pieces = []
-    panel = IntegratedContact._panel
-    monkeypatch.setattr(
-        IntegratedContact, "_panel", lambda self, *a: pieces.append(1) or panel(self, *a)
-    )
+    pieces, panel = [], integrated.next_panel
+    monkeypatch.setattr(integrated, "next_panel", lambda *a: pieces.append(1) or panel(*a))
     values = {"law": 2, "exponent": 1.6, "club_force": 100.0}
     stepped(values, [(1e-5, {"club_force": 100.0 + n}) for n in range(50)]).read(OUTPUTS)
     # Half as many with whole contacts would be 50 times 20.

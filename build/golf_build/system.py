@@ -8,8 +8,7 @@ import zipfile
 from pathlib import Path
 
 from golf_physics import variables
-from golf_physics.companions.companion import Variable
-from golf_physics.variables import Unit
+from golf_physics.variables import Unit, Variable
 
 from golf_build import fmi2
 from golf_build import standalone as alone
@@ -56,8 +55,14 @@ class {model}(CompanionAdapter):
 #: What every companion needs of golf_physics.
 _SHARED = (
     "companions/companion", "companions/__init__", "numerics/ode", "numerics/events",
-    "numerics/chebyshev", "numerics/__init__", "codec", "values",
+    "numerics/chebyshev", "numerics/__init__", "codec", "values", "variables",
 )  # fmt: skip
+
+
+class _Row(Variable):
+    """Of a companion: its bounds are for refusals, not FMI's min and max."""
+
+    allowed = ""
 
 
 def _companion(name: str, *modules: str) -> Builder:
@@ -72,8 +77,8 @@ def _companion(name: str, *modules: str) -> Builder:
             limits = values or (None, 0.0, 0.0)
             display = next(iter(_UNITS[unit].display), None) if unit else None
             kind = "Real" if unit else "Boolean"
-            row = reference, variable, causality, kind, unit, *limits, display, text
-            rows.append(Variable(*row))
+            row = variable, causality, kind, unit, *limits, None, display, text, reference
+            rows.append(_Row(*row))
     used = {row.unit for row in rows}
     units = {unit: about for unit, about in _UNITS.items() if unit in used}
     tables = {"rows": rows, "description": description, "units": units}

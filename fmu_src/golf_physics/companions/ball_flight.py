@@ -22,8 +22,8 @@ of open grass (WMO-No. 8, Davenport's classes): no wind on the ground, `wind_spe
 The ball is launched when `separated` becomes true, with `ball_velocity`, `launch_angle` and
 `backspin`, from the instant of separation, touch_time + contact_time: not from the communication
 point after it. Nothing that acts on the ball later is unknown then, so the whole flight is solved
-at once (numerics/ode.py), landing included, and the host's steps have no influence. `carry`, `apex` and `land_angle` are those of the whole flight from the
-launch on.
+at once (numerics/ode.py), landing included, and the host's steps have no influence. `carry`, `apex`
+and `land_angle` are those of the whole flight from the launch on.
 """
 
 from bisect import bisect_right
@@ -110,7 +110,7 @@ class Flight:
         self.arguments = launch, speed, angle, surface_speed, air
         self.carry = self.apex = self.duration = self.land_angle = 0.0
         self._panels: list[Panel] = []
-        #: When the panels end, s since the launch: some before their end, where S crosses its limit.
+        #: When a panel gives way to the next, s since the launch: its end, or S crosses its limit.
         self._ends: list[float] = []
         motion = [0.0, 0.0, speed * cos(angle), speed * sin(angle), surface_speed]
         beyond, t, width = surface_speed > air.limit * abs(speed), 0.0, _FIRST_WIDTH

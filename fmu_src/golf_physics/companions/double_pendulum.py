@@ -152,6 +152,8 @@ class Motion:
         self.arguments = golfer, origin, state, stage, force, direction
         self.golfer, self.origin, self.force, self.direction = golfer, origin, force, direction
         self._pieces: list[_Piece] = []
+        #: Of the next piece's panel, s.
+        self._width = 0.0
         self._add(0.0, state, stage)
 
     def at(self, t: float) -> tuple[State, int]:

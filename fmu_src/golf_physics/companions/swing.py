@@ -133,7 +133,8 @@ class Swing(Companion):
 
     def reals(self, references: list[int]) -> list[float]:
         motion, ball = self._motion, self._ball
-        stepped = (self._rows["Real", reference].name in _STEPPED for reference in references)
+        rows = (self._rows.get(("Real", reference)) for reference in references)
+        stepped = (row is None or row.name in _STEPPED for row in rows)
         if motion and ball and not self._current and not all(stepped):
             try:
                 self._evaluate(motion, ball, self._time)

@@ -67,11 +67,13 @@ def next_panel(
     f: Equations, t: float, width: float, start: Sequence[float], positions: int,
     scales: Callable[[float], Sequence[float]],
 ) -> tuple[Panel, float]:  # fmt: skip
-    """The panel from t >= 0 on, at most so wide, and the width to try for the next one.
+    """The panel from a time t >= 0 on, and the width to try for the next one.
 
     Args:
         f: the slopes of v and s from time and quantities; it may raise ArithmeticError or
             ValueError.
+        t: where the panel begins.
+        width: how wide it may be.
         start: q, v and s at t.
         positions: how many of them are q.
         scales: those of v and s, above 0, in which errors count, from the width of a panel.
@@ -107,7 +109,7 @@ def next_panel(
 def _slopes(
     f: Equations, t: float, half: float, start: Sequence[float], positions: int,
     allowed: Sequence[float],
-) -> list[Sequence[float]]:  # fmt: skip
+) -> Sequence[Sequence[float]]:  # fmt: skip
     """The slopes of v and s at the nodes of a panel; ArithmeticError: they don't converge."""
     times = [t + half * (1.0 + z) for z in NODES]
     nodes: list[Sequence[float]] = [[value] * ORDER for value in start]
