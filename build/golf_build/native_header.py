@@ -6,14 +6,19 @@ from numerics; the sentences of refusals are those that golf_physics says when i
 """
 
 from collections.abc import Callable, Iterator
+from functools import partial
+from math import nan
 from typing import Any
+from unittest import mock
 
-from golf_physics.component.component import Component
+from golf_physics.component.component import Component, _not_computed
 from golf_physics.component.hybrid import HybridComponent
-from golf_physics.laws import LAWS, integrated, power_law
-from golf_physics.numerics import chebyshev, gauss
+from golf_physics.laws import LAWS, extended, integrated, power_law
+from golf_physics.laws.extended import ExtendedContact
+from golf_physics.laws.integrated import IntegratedContact
+from golf_physics.numerics import chebyshev, gauss, ode
 from golf_physics.refusals import conflict, refusal
-from golf_physics.values import Inputs, Parameters
+from golf_physics.values import Inputs, Motion, Parameters, rejected
 from golf_physics.variables import INPUTS, MORE_VARIABLES, MOTION, SETTABLE, VARIABLES, Variable
 
 _TYPES = {"Real": "REAL", "Enumeration": "ENUMERATION", "Boolean": "BOOLEAN"}
@@ -186,12 +191,43 @@ def _sentences() -> Iterator[tuple[str, str]]:
 
 
 def _contacts() -> Iterator[tuple[str, str]]:
-    """Contacts that can't be computed."""
+    """Contacts that can't be computed, and what that prevents."""
+    p, inputs = _case(law=2, exponent=1.5)
+    start = Motion(0.0, 0.0, 35.0, 0.0, 0.0, 35.0)
+
+    def contact(force: Callable = LAWS[2].force) -> IntegratedContact:
+        return IntegratedContact(partial(force, p, 1e6, 9.0), 0.0, 0.25, 0.125, start, 100.0)
+
     yield "UNDECIDED", integrated._UNDECIDED.replace("{!r}", "%s")
-    yield "TOO_MANY_PANELS", "this contact has neither ended nor come to rest after 600 panels of integration, at %s s, and isn't evaluated beyond"
-    yield "NO_NUMBERS", "the solution has no numbers after t = %s s"
-    yield "NOT_FINITE", "the force at a compression of %s m and a closing speed of %s m/s is %s; it must be a finite number"
-    yield "CHANGE_REFUSED", "k = %s, b = %s are refused: %s"
+    endless = contact()
+    endless._panels, endless.duration = [None] * integrated._MOST_PANELS, 0.125  # type: ignore[list-item]
+    yield "TOO_MANY_PANELS", _raised(endless.extend, 0.125)
+    yield "NO_NUMBERS", _raised(lambda: ode._slopes(_diverging, 0.125, 1.0, [0.5] * 2, 1, [0.0]), 0.125)
+    yield "NOT_FINITE", _raised(lambda: contact(lambda *_: nan), 0.0, 35.0, nan)
+    with mock.patch.object(extended, "_MOST_EXTREMA", 1):
+        pushed = _raised(lambda: ExtendedContact(1e6, 9.0, 0.0, 0.25, 0.125, start, 1e6), 0.0)
+    most = f"after {extended._MOST_EXTREMA} extrema"
+    yield "TOO_MANY_EXTREMA", pushed.replace("after 1 extrema", most)
+    push = LAWS[2].refusal_of_touch(p, inputs._replace(club_force=1e12))
+    shown = str(push).partition("leads to, ")[2].partition(" N")[0]
+    yield "LARGE_PUSH", _template(push, 1e12, shown)
+    yield "NOT_COMPUTABLE", str(_not_computed(ArithmeticError("%s")))
+    change = "k = %s, b = %s are refused: "
+    yield "CHANGE_REFUSED", change + str(_not_computed(ArithmeticError("%s")))
+    yield "FORCE_REFUSED", _template(rejected("club_force", 1e12, "%s", " N"), 1e12)
+
+
+def _diverging(t: float, quantities: Any) -> list[float]:
+    return [1e9 * quantities[1]]
+
+
+def _raised(call: Callable[[], Any], *values: float) -> str:
+    """The template of the sentence that a call raises."""
+    try:
+        call()
+    except ArithmeticError as error:
+        return _template(error, *values)
+    raise ValueError("a contact that can't be computed is")
 
 
 def _conflicts() -> Iterator[tuple[str, str]]:
@@ -208,7 +244,8 @@ def _conflicts() -> Iterator[tuple[str, str]]:
         yield f"{name.upper()}_WITH_LAW_1", _template(others, value)
     line, closing = {"restitution_at_rest": 0.5, "restitution_slope": 0.0625}, 77.5 + 1.5
     p, _ = _case(law=2, ball_speed=-1.5, **line)
-    touch, coefficient = LAWS[2].refusal_of_touch(p, 77.5), 0.5 - 0.0625 * closing
+    _, inputs = _case(club_speed=77.5)
+    touch, coefficient = LAWS[2].refusal_of_touch(p, inputs), 0.5 - 0.0625 * closing
     yield "TOUCH", _template(touch, 77.5, *line.values(), closing, coefficient)
     p, inputs = _case(law=2, exponent=11.5, reference_compression=1e100, club_speed=35.0)
     powers = str(conflict(p, inputs))

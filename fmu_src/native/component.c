@@ -207,7 +207,7 @@ static int component_set_up(Component *c, double start_time)
         return 0;
     }
     if (!isfinite(start_time)) {
-        refuse(c, (Refusal){START_TIME, SETTABLE, REAL, {start_time}, 0});
+        refuse(c, (Refusal){START_TIME, SETTABLE, REAL, {start_time}, FINE});
         return 1;
     }
     correct(c, SETTABLE);
@@ -336,17 +336,21 @@ static Refusal check_point(Component *c, double point, double size, double *orig
     /* After a restored state the host's time may go on from anywhere; a touch to come moves. */
     const Impact *i = present(c);
     double now = instant_now(c).high;
+    if (c->has_failed) {
+        c->has_failed = 0;
+        return refusal_of_failure(contact_failure(&i->contact), NOT_COMPUTABLE, 0.0, 0.0);
+    }
     if (i->phase == APPROACH || i->touch.instant.high >= now) *origin = point - now;
     return ACCEPTED;
 }
 
 /* Why this touch would be refused in a step of this size; whether one is ahead that would be. */
-static Refusal check_touch(const Component *c, const Approach *a, double club_speed, double size,
+static Refusal check_touch(const Component *c, const Approach *a, Inputs inputs, double size,
                            int *is_ahead)
 {
     *is_ahead = 0;
-    if (!c->is.parameters.restitution_at_rest) return ACCEPTED;
-    Refusal why = refusal_of_touch(&c->is.parameters, club_speed);
+    if (!c->is.parameters.restitution_at_rest && !inputs.club_force) return ACCEPTED;
+    Refusal why = refusal_of_touch(&c->is.parameters, inputs);
     *is_ahead = why.reason != FINE;
     double t = since(a->begin, instant_now(c));
     double left = a->duration - (t > RESOLUTION * a->begin.high ? t : 0.0);
@@ -368,11 +372,8 @@ static Refusal change(const Component *c, Inputs inputs, Impact *changed, int *i
     impact_copy(changed, &is->impact);
     int effect = change_inputs(changed, &is->parameters, is->inputs, inputs, instant_now(c));
     if (effect == NOT_COMPUTED) {
-        Refusal failure = refusal_of_failure(contact_failure(&changed->contact));
-        failure.numbers[5] = inputs.k;
-        failure.numbers[6] = inputs.b;
-        failure.is_change = 1;
-        return failure;
+        Failure failure = contact_failure(&changed->contact);
+        return refusal_of_failure(failure, CHANGE_REFUSED, inputs.k, inputs.b);
     }
     *is_another = effect || changed->phase != is->first_phase || changed->phase == APPROACH;
     return ACCEPTED;
@@ -397,7 +398,7 @@ static int check_step(Component *c, double point, double size)
     const Impact *impact = has_changed ? &changed : &is->impact;
     /* Without a change the touch may have been found for a read. */
     if (!why.reason && (has_changed ? changed.phase : is->first_phase) == APPROACH)
-        why = check_touch(c, &impact->approach, inputs.club_speed, size, &is_ahead);
+        why = check_touch(c, &impact->approach, inputs, size, &is_ahead);
     if (why.reason) {
         report_one(c, why);
         return 0;
@@ -442,13 +443,13 @@ static Refusal check_value(const Component *c, uint32_t reference, double value,
 {
     int place = place_of(reference);
     if (place < 0 || place >= SETTABLE || TABLE[place].type != type)
-        return (Refusal){NOT_SETTABLE, 0, type, {reference}, 0};
+        return (Refusal){NOT_SETTABLE, 0, type, {reference}, FINE};
     const Variable *v = &TABLE[place];
     double now = c->is.values[place];
-    if (c->is.mode == TERMINATED) return (Refusal){SET_AFTER_END, place, REAL, {0.0}, 0};
+    if (c->is.mode == TERMINATED) return (Refusal){SET_AFTER_END, place, REAL, {0.0}, FINE};
     if (!isfinite(value) || value < v->low || value > v->high) return refusal_of(place, value);
     if (v->causality == PARAMETER && c->is.mode == STEPPING && value != now)
-        return (Refusal){FIXED, place, v->type, {value, now}, 0};
+        return (Refusal){FIXED, place, v->type, {value, now}, FINE};
     return ACCEPTED;
 }
 

@@ -123,7 +123,8 @@ static double contact_impulse(Contact *c, double begin, double width)
 static Failure contact_failure(const Contact *c)
 {
     static const Failure none = {FINE, {0.0, 0.0, 0.0}};
-    return c->kind == INTEGRATED ? c->as.integrated.failure : none;
+    if (c->kind == INTEGRATED) return c->as.integrated.failure;
+    return c->kind == EXTENDED ? c->as.extended.extended.failure : none;
 }
 
 /* Evaluate another piece, if the end isn't known yet; whether the duration has grown. */

@@ -18,7 +18,8 @@
 /* Halley's method takes a shorter step (relative) only once the next one would be below 1e-50. */
 #define ZERO_TOLERANCE 1e-17
 
-enum { MAXIMA = 24 };
+/* So many extrema of the force are examined for the end of a contact under a force. */
+enum { MAXIMA = 24, MOST_EXTREMA = 2000 };
 
 typedef struct {
     Big a, c, s;
@@ -26,6 +27,7 @@ typedef struct {
 
 typedef struct {
     double duration, rate; /* s; the fastest rate of change, 1/s */
+    Failure failure;
     Motion start;
     int oscillates;
     BigRow rates; /* r, h, R */
@@ -191,7 +193,7 @@ static int next_extremum(Extrema *e, Big *t)
 typedef struct sign_changes {
     BigRow row;
     Big end, level, low, last;
-    int is_positive;
+    int is_positive, examined; /* extrema */
     Extrema points;
     struct sign_changes *of_slope; /* with a level the extrema are the zeros of the slope */
 } SignChanges;
@@ -199,7 +201,7 @@ typedef struct sign_changes {
 static SignChanges sign_changes(const Extended *x, BigRow row, Big end, Big level,
                                 SignChanges *of_slope)
 {
-    SignChanges c = {row, end, level, ZERO, level, 0, {ZERO, ZERO, ZERO, 0, 0}, of_slope};
+    SignChanges c = {row, end, level, ZERO, level, 0, 0, {ZERO, ZERO, ZERO, 0, 0}, of_slope};
     BigRow slope = row_slope(x, row), bend = row_slope(x, slope);
     Big starts[3] = {level.sign ? x->first_force : plus(row.a, row.c), plus(slope.a, slope.c),
                      plus(bend.a, bend.c)};
@@ -238,6 +240,13 @@ static Big levelled(const Extended *x, const SignChanges *c, Big t)
     return plus(c->level, row_at(x, t, c->row));
 }
 
+/* Where there are too many extrema, with or without a level. */
+static const SignChanges *given_up(const SignChanges *c)
+{
+    if (c->examined == MOST_EXTREMA) return c;
+    return c->of_slope ? given_up(c->of_slope) : NULL;
+}
+
 /* Whether there is another zero; when, s, and whether f falls there. */
 static int next_sign_change(const Extended *x, SignChanges *c, Big *when, int *falls)
 {
@@ -248,6 +257,7 @@ static int next_sign_change(const Extended *x, SignChanges *c, Big *when, int *f
         if (c->of_slope ? next_sign_change(x, c->of_slope, &point, &ignored)
                         : next_extremum(&c->points, &point))
             high = least(point, c->end);
+        if ((c->of_slope && given_up(c->of_slope)) || ++c->examined == MOST_EXTREMA) return 0;
         int has_end = !is_endless(high);
         Big later = has_end ? levelled(x, c, high) : c->last;
         if (later.sign && (later.sign > 0) != c->is_positive) {
@@ -271,13 +281,18 @@ static int next_sign_change(const Extended *x, SignChanges *c, Big *when, int *f
 }
 
 /* The first downward zero of the force, s. */
-static Big end_of_contact(const Extended *x)
+static Big end_of_contact(Extended *x)
 {
     SignChanges of_slope;
     Big end = x->force_level.sign ? ENDLESS : x->window, when = ENDLESS, lowest = ENDLESS, t;
     SignChanges changes = sign_changes(x, x->force, end, x->force_level, &of_slope);
     int falls;
     if (next_sign_change(x, &changes, &when, &falls)) return when;
+    const SignChanges *beyond = given_up(&changes);
+    if (beyond) {
+        x->failure = (Failure){TOO_MANY_EXTREMA, {as_double(beyond->low)}};
+        return ENDLESS;
+    }
     Big growth = minus(x->rates.a, x->rates.c);
     if (!x->oscillates || growth.sign <= 0 || x->force_level.sign) return ENDLESS;
     /* e^(rt) F oscillates about the real mode's coefficient with a growing amplitude. */

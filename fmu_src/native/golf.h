@@ -65,6 +65,12 @@ typedef struct {
     double value, when;
 } Peak;
 
+/* Why a contact can't be computed, and the numbers of the sentence. */
+typedef struct {
+    Reason reason;
+    double numbers[3];
+} Failure;
+
 static double larger(double a, double b) { return b > a ? b : a; }
 static double smaller(double a, double b) { return b < a ? b : a; }
 

@@ -148,7 +148,7 @@ static int component_get(Component *c, uint32_t reference, Type type, double *va
     int place = place_of(reference);
     *value = type == REAL ? NAN : 0.0;
     if (place < 0 || TABLE[place].type != type) {
-        refuse_call(c, (Refusal){UNKNOWN, 0, type, {0.0}, 0});
+        refuse_call(c, (Refusal){UNKNOWN, 0, type, {0.0}, FINE});
         return 0;
     }
     switch (reference) {
@@ -169,6 +169,7 @@ static int has_read_failed(Component *c)
 {
     if (!c->has_failed) return 0;
     c->has_failed = c->has_state = 0;
-    report_one(c, refusal_of_failure(contact_failure(&c->is.impact.contact)));
+    report_one(c, refusal_of_failure(contact_failure(&c->is.impact.contact), NOT_COMPUTABLE,
+                                     0.0, 0.0));
     return 1;
 }

@@ -7,6 +7,10 @@
 /* A larger damping ratio, or ratio of the masses, leaves nothing of one term beside the other. */
 #define MOST_RATIO 1e15
 
+/* A larger force on the club head (relative to the contact force without it) may leave so little of
+   the approach speed that the contact can't be computed. */
+#define LARGE_FORCE 1e15
+
 /* Why a value, or a call, is refused: the place of the variable in the table (SETTABLE: the start
    time), and the numbers of the sentence. */
 typedef struct {
@@ -14,19 +18,20 @@ typedef struct {
     int place;
     Type type;
     double numbers[7];
-    int is_change; /* of k and b, the last two numbers, to a contact that can't be computed */
+    /* What a contact that can't be computed prevents: the sentence on that, with the last numbers. */
+    Reason prevented;
 } Refusal;
 
-static const Refusal ACCEPTED = {FINE, 0, REAL, {0.0}, 0};
+static const Refusal ACCEPTED = {FINE, 0, REAL, {0.0}, FINE};
 
 static Refusal refusal(Reason reason, double a, double b)
 {
-    return (Refusal){reason, 0, REAL, {a, b}, 0};
+    return (Refusal){reason, 0, REAL, {a, b}, FINE};
 }
 
 static Refusal refusal_of(int place, double value)
 {
-    return (Refusal){OUT_OF_RANGE, place, TABLE[place].type, {value}, 0};
+    return (Refusal){OUT_OF_RANGE, place, TABLE[place].type, {value}, FINE};
 }
 
 /* The place of a variable in the table; -1: there is none with this value reference. */
@@ -35,10 +40,11 @@ static int place_of(uint32_t reference)
     return reference < sizeof PLACES ? PLACES[reference] : -1;
 }
 
-static Refusal refusal_of_failure(Failure failure)
+/* Of what a failure prevents, with two numbers of its sentence. */
+static Refusal refusal_of_failure(Failure failure, Reason prevented, double a, double b)
 {
     const double *n = failure.numbers;
-    return (Refusal){failure.reason, 0, REAL, {n[0], n[1], n[2]}, 0};
+    return (Refusal){failure.reason, 0, REAL, {n[0], n[1], n[2], 0.0, 0.0, a, b}, prevented};
 }
 
 /* VALUES */
@@ -65,7 +71,7 @@ static Refusal refusal_of_powers(const Parameters *p, Inputs inputs)
     double omega = sqrt(inputs.k / (p->m_club * (p->m_ball / total)));
     double reach = pow(m * closing / omega, 1.0 / m) * pow(d_r, 1.0 - 1.0 / m);
     if (0.0 < reach && reach <= LARGEST && closing <= LARGEST * reach) return ACCEPTED;
-    return (Refusal){EXTREME_POWERS, 0, REAL, {n, d_r, inputs.k, closing, reach}, 0};
+    return (Refusal){EXTREME_POWERS, 0, REAL, {n, d_r, inputs.k, closing, reach}, FINE};
 }
 
 /* Why these values, each of them allowed, are rejected together. */
@@ -79,22 +85,41 @@ static Refusal conflict(const Parameters *p, Inputs inputs)
     if (is_extreme(p, inputs))
         return (Refusal){EXTREME_VALUES, 0, REAL,
                          {inputs.k, inputs.b, p->m_club, p->m_ball, inputs.club_speed,
-                          p->ball_speed, p->gap}, 0};
+                          p->ball_speed, p->gap}, FINE};
     if (fabs(inputs.club_force) > LARGEST * p->m_club)
         return refusal(EXTREME_FORCE, inputs.club_force, 0.0);
     return p->law == RELATIVE ? refusal_of_powers(p, inputs) : ACCEPTED;
 }
 
-/* Why a touch at this club speed (m/s) is rejected: a coefficient of restitution that falls with the
-   speed must stay in 0...1. */
-static Refusal refusal_of_touch(const Parameters *p, double club_speed)
+/* Why a force on the club head is rejected at touch: beside it the approach speed must not vanish. */
+static Refusal refusal_of_force(const Parameters *p, Inputs inputs, double closing)
 {
-    double closing = club_speed - p->ball_speed;
-    if (!p->restitution_at_rest || closing <= 0.0) return ACCEPTED;
+    double force = inputs.club_force, share = p->m_ball / (p->m_club + p->m_ball), contact_force;
+    if (p->exponent != 1.0) {
+        if (!is_large_push(p, inputs.k, force, 0.0, closing, &contact_force)) return ACCEPTED;
+        return refusal(LARGE_PUSH, force, contact_force);
+    }
+    if (share * fabs(force) <= LARGE_FORCE * sqrt(inputs.k * p->m_club * share) * closing)
+        return ACCEPTED;
+    Contact contact;
+    Motion start = {0.0, 0.0, inputs.club_speed, p->ball_speed, 0.0, closing};
+    contact_begin(&contact, p, inputs, start);
+    Failure failure = contact_failure(&contact);
+    return failure.reason ? refusal_of_failure(failure, FORCE_REFUSED, force, 0.0) : ACCEPTED;
+}
+
+/* Why a touch under these inputs is rejected: a coefficient of restitution that falls with the speed
+   must stay in 0...1. */
+static Refusal refusal_of_touch(const Parameters *p, Inputs inputs)
+{
+    double closing = inputs.club_speed - p->ball_speed;
     double coefficient = p->restitution_at_rest - p->restitution_slope * closing;
-    if (LEAST_RESTITUTION <= coefficient && coefficient <= 1.0) return ACCEPTED;
+    if (closing <= 0.0) return ACCEPTED;
+    if (!p->restitution_at_rest || (LEAST_RESTITUTION <= coefficient && coefficient <= 1.0))
+        return refusal_of_force(p, inputs, closing);
     return (Refusal){TOUCH, 0, REAL,
-                     {club_speed, p->restitution_at_rest, p->restitution_slope, closing, coefficient}, 0};
+                     {inputs.club_speed, p->restitution_at_rest, p->restitution_slope, closing,
+                      coefficient}, FINE};
 }
 
 /* NUMBERS: without the C library, whose decimal point depends on the host's locale */
@@ -245,8 +270,9 @@ static void put_reason(Text *t, const Refusal *r)
     const char *words[7] = {NULL}, *sentence = SENTENCES[r->reason];
     for (int n = 0; n < 7; n++) {
         Text number = {texts[n], texts[n] + NUMBER_SIZE - 1};
+        int is_general = (r->reason == EXTREME_POWERS && n == 4) || (r->reason == LARGE_PUSH && n == 1);
         if (r->type == ENUMERATION) put_integer(&number, r->numbers[n]);
-        else put_number(&number, r->numbers[n], r->reason == EXTREME_POWERS && n == 4);
+        else put_number(&number, r->numbers[n], is_general);
         words[n] = texts[n];
     }
     Text of = {name, name + sizeof name - 1};
@@ -271,17 +297,20 @@ static void put_reason(Text *t, const Refusal *r)
 
 static void put_refusal(Text *t, const Refusal *r)
 {
-    char reason[1024] = "", k[NUMBER_SIZE], b[NUMBER_SIZE];
-    Text texts[3] = {{reason, reason + sizeof reason - 1},
-                     {k, k + sizeof k - 1},
-                     {b, b + sizeof b - 1}};
-    const char *words[] = {k, b, reason};
-    if (!r->is_change) {
+    char texts[3][1024] = {"", "", ""};
+    const char *words[3];
+    Text text[3];
+    if (!r->prevented) {
         put_reason(t, r);
         return;
     }
-    put_reason(&texts[0], r);
-    put_number(&texts[1], r->numbers[5], 0);
-    put_number(&texts[2], r->numbers[6], 0);
-    put_sentence(t, SENTENCES[CHANGE_REFUSED], words);
+    for (int n = 0; n < 3; n++) {
+        text[n] = (Text){texts[n], texts[n] + sizeof texts[n] - 1};
+        words[n] = texts[n];
+    }
+    /* The numbers, as many as the sentence has, and the reason. */
+    int count = r->prevented == CHANGE_REFUSED ? 2 : r->prevented == FORCE_REFUSED ? 1 : 0;
+    for (int n = 0; n < count; n++) put_number(&text[n], r->numbers[5 + n], 0);
+    put_reason(&text[count], r);
+    put_sentence(t, SENTENCES[r->prevented], words);
 }

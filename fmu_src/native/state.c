@@ -42,7 +42,7 @@ static void pass_refusals(Stream *s, Refusal refusals[], int most, int *count)
         pass_integer(s, &type);
         refusals[n].reason = (Reason)reason;
         refusals[n].type = (Type)type;
-        PASS(s, refusals[n].numbers);
+        PASS(s, refusals[n].numbers); /* of a call, so that nothing is prevented */
     }
 }
 
