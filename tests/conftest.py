@@ -16,11 +16,12 @@ from filelock import FileLock
 from hypothesis import HealthCheck, settings
 from loaded import ImpactFmu, build_fmu
 
-from golf_build import linux, toolchain
+from golf_build import linux, native, toolchain
 from golf_build import standalone as standalone_build
 from golf_build.system import COMPANIONS
 from golf_build.system import build as build_system
 from golf_impact.doctor import find_libpython_for
+from golf_impact.fmu import builder_of
 
 pytest_plugins = ["companions", "page"]
 
@@ -51,6 +52,10 @@ def is_standalone(path):
     return "standalone" in path.name
 
 
+def build_native(path, fmi):
+    native.build(builder_of(fmi=fmi), path)
+
+
 # The same examples every time, with --ci more of them; at night, new ones and far more:
 # --hypothesis-profile=nightly.
 _slow_is_fine = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}
@@ -62,6 +67,7 @@ settings.register_profile("nightly", max_examples=10_000, print_blob=True, **_sl
 
 def pytest_addoption(parser):
     parser.addoption("--standalone", action="store_true", help="test the standalone FMUs instead")
+    parser.addoption("--native", action="store_true", help="test the native FMUs instead")
     parser.addoption("--ci", action="store_true", help="also what takes long, as .ci/run does")
 
 
@@ -94,7 +100,7 @@ def pytest_collection_modifyitems(config, items):
     # Nightly and browser tests are selected only by name, with -m.
     named = config.getoption("markexpr")
     left_out = {mark for mark in ("nightly", "browser") if mark not in named}
-    if config.getoption("--standalone"):
+    if config.getoption("--standalone") or config.getoption("--native"):
         left_out.add("plain")
     if not config.getoption("--ci"):
         left_out.add("ci")
@@ -144,6 +150,8 @@ def _built(name, fmi, standalone=False):
 
     @pytest.fixture(scope="session")
     def path(once, request):
+        if request.config.getoption("--native") and not standalone:
+            return once(f"ClubBallImpact{name}.native.fmu", build_native, fmi=fmi)
         alone = standalone or request.config.getoption("--standalone")
         return once(f"ClubBallImpact{name}.fmu", fmi=fmi, standalone=alone)
 

@@ -71,7 +71,7 @@ class Builder(NamedTuple):
         settings = runtime, self.name, self.start, self.tables
         total = hashlib.sha256(repr(settings).encode())
         # With names that don't depend on the location of the files.
-        files = {"LICENSE": _license(), **_read(self.sources)}
+        files = {"LICENSE": project_license(), **_read(self.sources)}
         ours = (*HERE.glob("*.py"), *HERE.glob("model*"), *(HERE / "documentation").iterdir())
         ours += tuple(file for file in _CONTENTS.rglob("*") if file.is_file())
         files |= {f"{f.parent.name}/{f.name}": f.read_bytes() for f in ours}
@@ -111,39 +111,55 @@ class Builder(NamedTuple):
         with packaged(self.fmi, f"{module}_{suffix}", entry.encode(), beside) as raw:
             # pythonfmu3 adds some of its C++ sources, which nobody can build.
             files = {n: d for n, d in unpack(raw).items() if not n.startswith("sources/")}
-        context = self.tables | {
-            "fmi": self.fmi,
-            "name": model,
-            "rows": rows,
-            "references": {row.name: row.reference for row in rows},
-            "runtime": runtime,
-            "runtime_version": importlib.metadata.version(runtime),
-            "token": self.guid(),
-            "version": golf_physics.__version__,
-        }
-        description = render(HERE / "modelDescription.xml.jinja", **context)
-        # All attributes are in double quotes, so apostrophes need no escape.
-        files["modelDescription.xml"] = description.replace(b"&#39;", b"'")
+        files["modelDescription.xml"] = self.describe()
         needed = _CONTENTS / f"externalDependencies{self.fmi}.txt"
         files["documentation/externalDependencies.txt"] = needed.read_bytes()
-        files["documentation/licenses/license.txt"] = _license()
+        files["documentation/licenses/license.txt"] = project_license()
         for file in importlib.metadata.files(runtime) or []:
             if file.name == "LICENSE":
                 files[f"documentation/licenses/{runtime}.txt"] = file.read_binary()
-        if "laws" in self.tables:
-            folder = HERE / "documentation"
-            files |= {f"documentation/{f.name}": f.read_bytes() for f in folder.glob("*.png")}
-            files["documentation/index.html"] = render(folder / "index.html.jinja", **context)
-            reference = (_CONTENTS / "reference").iterdir()
-            files |= {f"extra/{_REFERENCE}/{f.name}": f.read_bytes() for f in reference}
-            icon = (HERE / "model.png").read_bytes()
-            if self.fmi == 2:
-                files["model.png"] = icon
-            else:
-                terminals = "terminalsAndIcons/terminalsAndIcons.xml"
-                files[terminals] = (_CONTENTS / Path(terminals).name).read_bytes()
-                files["terminalsAndIcons/icon.png"] = icon
+        files |= self.documents()
         return files | {SUMS: checksums(files)}
+
+    def _context(self, **others: Any) -> dict[str, Any]:
+        """What the templates have, changed by `others`."""
+        runtime, start = RUNTIMES[self.fmi], self.start
+        rows = [row._replace(start=start.get(row.name, row.start)) for row in self.tables["rows"]]
+        version = importlib.metadata.version(runtime)
+        context = self.tables | {
+            "fmi": self.fmi,
+            "name": self.name.partition(".")[0],
+            "rows": rows,
+            "runtime": runtime,
+            "tool": f"{runtime.replace('pythonfmu', 'PythonFMU')} {version}",
+            "token": self.guid(),
+            "version": golf_physics.__version__,
+        }
+        context |= others
+        return context | {"references": {row.name: row.reference for row in context["rows"]}}
+
+    def describe(self, **others: Any) -> bytes:
+        """The model description; `others` change what its template has."""
+        description = render(HERE / "modelDescription.xml.jinja", **self._context(**others))
+        # All attributes are in double quotes, so apostrophes need no escape.
+        return description.replace(b"&#39;", b"'")
+
+    def documents(self) -> dict[str, bytes]:
+        """Documentation, reference results and icons of ClubBallImpact, by name."""
+        if "laws" not in self.tables:
+            return {}
+        folder = HERE / "documentation"
+        files = {f"documentation/{f.name}": f.read_bytes() for f in folder.glob("*.png")}
+        page = render(folder / "index.html.jinja", **self._context())
+        files["documentation/index.html"] = page
+        reference = (_CONTENTS / "reference").iterdir()
+        files |= {f"extra/{_REFERENCE}/{f.name}": f.read_bytes() for f in reference}
+        icon = (HERE / "model.png").read_bytes()
+        if self.fmi == 2:
+            return files | {"model.png": icon}
+        terminals = "terminalsAndIcons/terminalsAndIcons.xml"
+        files[terminals] = (_CONTENTS / Path(terminals).name).read_bytes()
+        return files | {"terminalsAndIcons/icon.png": icon}
 
 
 def render(template: Path, **values: Any) -> bytes:
@@ -196,7 +212,7 @@ def bundle() -> dict[str, bytes]:
     return _read(("golf_physics", "host"))
 
 
-def _license() -> bytes:
+def project_license() -> bytes:
     """The licence of the project; inside this package where it is installed."""
     places = (HERE / "LICENSE", HERE.parents[1] / "LICENSE")
     return next(file for file in places if file.exists()).read_bytes()

@@ -1,3 +1,4 @@
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -16,6 +17,7 @@ _OUT = "The file to write; if omitted, in build/ of a checkout, else in the cach
 _SYSTEM = "Also build the companion FMUs and GolfSwing.ssp, the system of all of them."
 _FMI = "Version of FMI; 3 also has Model Exchange (ClubBallImpact.fmi3.fmu)."
 _STANDALONE = "Include a Python interpreter, for hosts without one (….standalone.fmu)."
+_NATIVE = "The physics in C, without Python, for all platforms (….native.fmu); co-simulation only."
 _TARGET = "Platform of the standalone FMU, repeatable; by default this machine."
 _PYTHON = "Python for win64: the embeddable zip of python.org."
 _SYSROOT = "Root folder of an aarch64 Linux, with libpython and its headers."
@@ -26,6 +28,7 @@ def build(
     system: Annotated[bool, Option("--system", help=_SYSTEM)] = False,
     fmi: Annotated[int, Option(min=2, max=3, metavar="2|3", help=_FMI)] = 2,
     standalone: Annotated[bool, Option("--standalone", help=_STANDALONE)] = False,
+    native: Annotated[bool, Option("--native", help=_NATIVE)] = False,
     target: Annotated[list[str], Option(metavar="|".join(TARGETS), help=_TARGET)] = [],  # noqa: B006
     python: Annotated[Path | None, Option(metavar="ZIP", help=_PYTHON)] = None,
     sysroot: Annotated[Path | None, Option(metavar="FOLDER", help=_SYSROOT)] = None,
@@ -38,6 +41,9 @@ def build(
     from golf_impact.fmu import builder_of, default_path
 
     check_temporary_folder()
+    if native:
+        print(_build_native(out, fmi))
+        return
     if fmi == 3 and system:
         raise UserError("--system is refused with --fmi 3: the FMUs of the system are FMI 2.0")
     for name in target:
@@ -65,3 +71,22 @@ def build(
     except OSError as error:
         raise UserError(f"can't write {out}: {error.strerror or error}") from error
     print(*made, sep="\n")
+
+
+def _build_native(out: Path | None, fmi: int) -> Path:
+    from golf_build import native
+    from golf_impact.fmu import builder_of, default_path
+
+    builder = builder_of(fmi=fmi)
+    out = out or default_path(builder).with_name(f"{builder.name}{native.SUFFIX}.fmu")
+    if not str(out).endswith(".fmu"):
+        raise UserError(f"{out} is refused: the file's name must end in .fmu")
+    try:
+        made = native.build(builder, out)
+    except native.NativeError as error:
+        raise UserError(str(error)) from error
+    except OSError as error:
+        raise UserError(f"can't write {out}: {error.strerror or error}") from error
+    if platforms := native.fewer_platforms():
+        print(f"For {platforms} alone: {native.advice()}", file=sys.stderr)
+    return made

@@ -1,0 +1,241 @@
+"""The native FMU: the physics in C (fmu_src/native), for hosts without Python, on every platform.
+
+ziglang compiles it for all platforms, byte for byte the same on each machine; without ziglang the C
+compiler of this machine does, for this platform alone. The sources are in the FMU, too: importers
+such as TwinCAT and Simulink compile them. Co-simulation only.
+"""
+
+import hashlib
+import importlib.metadata
+import importlib.util
+import os
+import platform
+import shutil
+import subprocess
+import sys
+import tempfile
+import uuid
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+import golf_physics
+
+from golf_build import mach_o
+from golf_build.archive import SUMS, checksums, scratch, write_archive
+from golf_build.extras import install_command
+from golf_build.native_header import header
+from golf_build.packaging import Builder, fmu_source, project_license
+
+SUFFIX = ".native"
+
+#: The ziglang of pyproject.toml's extra: other versions make other bytes.
+ZIGLANG = "0.13.0"
+
+#: Whatever an importer's options are: no fused operations, and nothing visible but FMI's functions.
+_FLAGS = (
+    "-std=c99", "-O2", "-g0", "-s", "-shared", "-ffp-contract=off", "-fvisibility=hidden",
+    "-Wall", "-Wextra", "-Werror", "-pedantic",
+)  # fmt: skip
+
+_HEADERS = {
+    2: ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
+    3: ("fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h"),
+}
+
+
+class NativeError(Exception):
+    """This machine can't build a native FMU; the message says what it lacks."""
+
+
+class Target(NamedTuple):
+    """A platform.
+
+    Attributes:
+        zig: its name for zig.
+        suffix: of a library.
+        folders: of the binaries in an FMU, by version of FMI.
+        machine: as Python's `platform` has it: system and machine.
+        notices: licences of what zig links beside the FMU's own code, by file of the FMU.
+    """
+
+    zig: str
+    suffix: str
+    folders: dict[int, str]
+    machine: tuple[str, str]
+    notices: dict[str, str]
+
+
+_ZIG = {"zig.txt": "LICENSE", "musl.txt": "lib/libc/musl/COPYRIGHT"}
+_MINGW = {"mingw-w64.txt": "lib/libc/mingw/COPYING"}
+
+#: In FMI 2.0 the two for macOS are one universal file.
+TARGETS = (
+    Target("x86_64-linux-gnu.2.17", ".so", {2: "linux64", 3: "x86_64-linux"}, ("Linux", "x86_64"), {}),
+    Target("aarch64-linux-gnu.2.17", ".so", {3: "aarch64-linux"}, ("Linux", "aarch64"), {}),
+    Target("x86_64-windows-gnu", ".dll", {2: "win64", 3: "x86_64-windows"}, ("Windows", "AMD64"), _ZIG | _MINGW),
+    Target("x86_64-macos.11.0", ".dylib", {2: "darwin64", 3: "x86_64-darwin"}, ("Darwin", "x86_64"), {}),
+    Target("aarch64-macos.11.0", ".dylib", {2: "darwin64", 3: "aarch64-darwin"}, ("Darwin", "arm64"), {}),
+)  # fmt: skip
+
+
+def build(builder: Builder, out: Path) -> Path:
+    """Write the native FMU of a builder to this file.
+
+    Raises:
+        NativeError: there is no compiler, or it fails.
+        OSError: the file can't be written.
+    """
+    return write_archive(out, files(builder))
+
+
+def files(builder: Builder) -> dict[str, bytes]:
+    """The files of the native FMU, by name; NativeError: see `build`."""
+    fmi, model = builder.fmi, builder.name.partition(".")[0]
+    tool = f"golf-impact {golf_physics.__version__} (native)"
+    sources = _sources(fmi, "")
+    describe = partial(builder.describe, sources=["all.c"], tool=tool, **_co_simulation(builder))
+    digest = hashlib.sha256(describe(token=""))
+    for name, data in sorted(sources.items()):
+        digest.update(name.encode() + b"\0" + hashlib.sha256(data).digest())
+    token = str(uuid.uuid5(uuid.NAMESPACE_URL, f"golf-impact/native/{digest.hexdigest()}"))
+    sources = _sources(fmi, token)
+    made = {f"sources/{name}": data for name, data in sources.items()}
+    made["modelDescription.xml"] = describe(token=token)
+    if fmi == 3:
+        made["sources/buildDescription.xml"] = _BUILD_DESCRIPTION.format(model=model).encode()
+    made |= builder.documents()
+    made |= dict(_binaries(fmi, model, sources))
+    made["documentation/licenses/license.txt"] = project_license()
+    made["documentation/licenses/fmi-headers.txt"] = _comment(sources[_HEADERS[fmi][0]])
+    made |= {f"documentation/licenses/{name}": data for name, data in _notices(fmi)}
+    return made | {SUMS: checksums(made)}
+
+
+def _co_simulation(builder: Builder) -> dict[str, object]:
+    """What a model description without Model Exchange has instead."""
+    if builder.fmi == 2:
+        return {}
+    outputs = builder.tables["structure"]["Output"]
+    structure = {"Output": outputs, "InitialUnknown": outputs}
+    return {"unsolved": (), "derivatives": {}, "dependencies": {}, "structure": structure}
+
+
+def _sources(fmi: int, token: str) -> dict[str, bytes]:
+    """The C sources and FMI's headers."""
+    import fmpy
+
+    folder, headers = fmu_source("native"), Path(fmpy.__file__).parent / "c-code"
+    found = {file.name: file.read_bytes() for file in folder.glob("*.[ch]")}
+    found.pop(f"fmi{5 - fmi}.c")
+    found |= {name: (headers / name).read_bytes() for name in _HEADERS[fmi]}
+    return found | {"variables.h": header(fmi, token).encode()}
+
+
+_BUILD_DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
+<fmiBuildDescription fmiVersion="3.0">
+  <BuildConfiguration modelIdentifier="{model}">
+    <SourceFileSet language="C99" compilerOptions="-ffp-contract=off">
+      <SourceFile name="all.c"/>
+    </SourceFileSet>
+    <Library name="m" external="true" description="The C library's mathematics, where it is a file of its own"/>
+  </BuildConfiguration>
+</fmiBuildDescription>
+"""
+
+
+def _comment(source: bytes) -> bytes:
+    """The comment with the licence in a header of FMI."""
+    at = source.index(b"Redistribution and use")
+    text = source[source.rindex(b"/*", 0, at) + 2 : source.index(b"*/", at)]
+    return b"FMI's headers, in sources:\n" + text
+
+
+# Compilers
+
+
+def _ziglang() -> Path | None:
+    """The folder of ziglang, if it is installed in its one version."""
+    found = importlib.util.find_spec("ziglang")
+    if found is None or importlib.metadata.version("ziglang") != ZIGLANG:
+        return None
+    return Path(str(found.origin)).parent
+
+
+def fewer_platforms() -> str:
+    """This machine's platform, if a native FMU that is built here is for that alone; else empty."""
+    return "" if _ziglang() else f"{platform.system()} {platform.machine()}"
+
+
+def advice() -> str:
+    """How to build for all platforms."""
+    return f"ziglang {ZIGLANG} compiles for all platforms: {install_command('native')}"
+
+
+def _binaries(fmi: int, model: str, sources: dict[str, bytes]) -> Iterator[tuple[str, bytes]]:
+    """Libraries by their names in the FMU."""
+    made: dict[str, dict[str, bytes]] = {}
+    for target in _targets(fmi):
+        path = f"binaries/{target.folders[fmi]}/{model}{target.suffix}"
+        made.setdefault(path, {})[target.machine[1]] = _library(target, sources, model)
+    for path, slices in made.items():
+        yield path, mach_o.universal(slices) if len(slices) > 1 else [*slices.values()][0]
+
+
+def _targets(fmi: int) -> list[Target]:
+    if _ziglang():
+        return [target for target in TARGETS if fmi in target.folders]
+    machine = platform.system(), platform.machine()
+    mine = [target for target in TARGETS if target.machine == machine]
+    if mine and fmi not in mine[0].folders:
+        raise NativeError(f"--native is refused for FMI 2.0 on {' '.join(machine)}: use --fmi 3")
+    if not mine or shutil.which(_cc()) is None:
+        raise NativeError(
+            f"--native needs a C compiler: {advice()}; for this platform alone {_cc()} does, if it "
+            "is installed"
+        )
+    return mine
+
+
+def _cc() -> str:
+    return os.environ.get("CC", "cc")
+
+
+def _library(target: Target, sources: dict[str, bytes], model: str) -> bytes:
+    """The library for a platform."""
+    zig = _ziglang()
+    command = [sys.executable, "-m", "ziglang", "cc", "-target", target.zig] if zig else [_cc()]
+    out = f"{model}{target.suffix}"
+    command += [*_FLAGS, "all.c", "-o", out]
+    if target.suffix != ".dll":
+        command += ["-fPIC", "-lm"]
+    if target.suffix == ".dylib":
+        # Otherwise it is the folder of this build; and room for the signature's load command.
+        command += [f"-Wl,-install_name,@rpath/{out}", "-Wl,-headerpad,0x100"]
+    with scratch(sources) as folder:
+        # zig keeps what it has compiled below the home folder.
+        env = {"HOME": tempfile.gettempdir(), **os.environ}
+        done = subprocess.run(command, cwd=folder, env=env, capture_output=True, text=True)
+        if done.returncode:
+            errors = [line for line in done.stderr.splitlines() if "error" in line]
+            why = errors[0] if errors else "without a message"
+            raise NativeError(f"--native: {command[0]} fails on all.c for {target.zig}: {why}")
+        made = (folder / out).read_bytes()
+    if target.suffix == ".dylib" and zig:
+        return mach_o.signed(made, out)
+    return _timeless(made) if target.suffix == ".dll" else made
+
+
+def _timeless(dll: bytes) -> bytes:
+    """A library for Windows without the time of its build, in the header at the offset in 0x3c."""
+    time = int.from_bytes(dll[0x3C:0x40], "little") + 8
+    return dll[:time] + bytes(4) + dll[time + 4 :]
+
+
+def _notices(fmi: int) -> Iterator[tuple[str, bytes]]:
+    """Licences of what zig links, by name."""
+    zig = _ziglang()
+    for target in _targets(fmi) if zig else ():
+        for name, file in target.notices.items():
+            yield name, (zig / file).read_bytes()  # type: ignore[operator]

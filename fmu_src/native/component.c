@@ -1,0 +1,503 @@
+/* component/component.py, outputs.py and state.py: one instance.
+
+   A communication step only advances the clock; outputs are evaluated when they are read. A refused
+   call changes nothing: its effects are computed first, and take place only as a whole. */
+
+/* How far (relative to the step) a host's communication point may lie from where its last step ended:
+   enough for sums of rounded steps, far too little for a step left out. */
+#define POINT_TOLERANCE 1e-6
+
+/* Times (s) that no instance reaches, and the longest step. */
+#define LATEST 1e109
+#define LONGEST 1e100
+
+enum { MOST_ILLEGAL = 8, SENTENCE_SIZE = 4096 };
+
+/* Modes of an instance, in the order in which a host passes through them. Where initialization has
+   ended on start values that are refused, parameters may still be set. */
+typedef enum { INSTANTIATED, INITIALIZATION, START_REFUSED, STEPPING, TERMINATED } Mode;
+
+/* Everything that a state of the instance has. */
+typedef struct {
+    double values[SETTABLE]; /* as the host sees them */
+    Mode mode;
+    /* Why steps are refused until it is corrected, by variable; and why the next step alone is:
+       illegal calls, which nothing can correct. */
+    int refused_count, illegal_count;
+    Refusal refused[SETTABLE + 1], illegal[MOST_ILLEGAL];
+    /* The host's time at the start of the run, and when the clock stood at 0, s. */
+    double start_time, origin;
+    double point;     /* where the host's next step is expected to begin, s */
+    /* Steps of one size (s; 0: none yet) from an instant on, under the same inputs, and how many of
+       them were accepted. */
+    Instant begin;
+    double last_step, count;
+    Inputs inputs;
+    /* Before stepping the impact is that of the present values, on demand. */
+    int has_impact;
+    PhaseKind first_phase; /* that from which these steps began, in this phase */
+    Parameters parameters;
+    Impact impact;
+} Snapshot;
+
+typedef void (*Report)(void *context, const char *sentence);
+
+typedef struct {
+    Report report;
+    void *context;
+    double size; /* the last step size, s, if such a step needs only its point checked; or NaN */
+    int point_is_free; /* whether the next step may begin anywhere: after a restored state */
+    int check_every_step; /* a touch is ahead that would be refused */
+    int has_failed; /* whether a read can't be computed */
+    int has_state;  /* whether the state at this communication point has been read */
+    State state;
+    Snapshot is;
+} Component;
+
+/* REFUSALS */
+
+/* Report refusals together, in a sentence about them. */
+static void report(const Component *c, const Refusal refusals[], int count, const char *sentence)
+{
+    char listed[SENTENCE_SIZE] = "", whole[SENTENCE_SIZE] = "";
+    Text list = {listed, listed + sizeof listed - 1}, text = {whole, whole + sizeof whole - 1};
+    const char *words[] = {listed};
+    for (int n = 0; n < count; n++) {
+        if (n) put(&list, "; ");
+        put_refusal(&list, &refusals[n]);
+    }
+    put_sentence(&text, sentence, words);
+    if (c->report) c->report(c->context, whole);
+}
+
+static void report_one(const Component *c, Refusal refusal) { report(c, &refusal, 1, "%s"); }
+
+static int place_of_refusal(const Component *c, int place)
+{
+    int n = 0;
+    while (n < c->is.refused_count && c->is.refused[n].place != place) n++;
+    return n;
+}
+
+/* Refuse steps until this variable is corrected. */
+static void refuse(Component *c, Refusal refusal)
+{
+    int n = place_of_refusal(c, refusal.place);
+    if (n == c->is.refused_count) c->is.refused_count++;
+    c->is.refused[n] = refusal;
+    c->size = NAN;
+    report_one(c, refusal);
+}
+
+static void correct(Component *c, int place)
+{
+    int n = place_of_refusal(c, place);
+    if (n == c->is.refused_count) return;
+    Refusal *from = &c->is.refused[n];
+    memmove(from, from + 1, (size_t)(--c->is.refused_count - n) * sizeof *from);
+}
+
+/* Refuse the next step. */
+static void refuse_call(Component *c, Refusal refusal)
+{
+    Snapshot *is = &c->is;
+    if (is->illegal_count == MOST_ILLEGAL)
+        memmove(is->illegal, is->illegal + 1, (size_t)--is->illegal_count * sizeof refusal);
+    is->illegal[is->illegal_count++] = refusal;
+    c->size = NAN;
+    report_one(c, refusal);
+}
+
+/* TRAPS
+
+   In a host that traps floating-point exceptions none may occur. Far outside ordinary values they do,
+   harmlessly: then the host's floating-point environment is held, which takes as long as a step. */
+
+typedef struct {
+    int is_held;
+    fenv_t environment;
+} Host;
+
+static int are_ordinary(Inputs inputs)
+{
+    return 1e-6 < inputs.k && inputs.k < 1e30 && inputs.b < 1e6 && fabs(inputs.club_speed) < 1e30
+           && fabs(inputs.club_force) < 1e30;
+}
+
+static Host hold(const Component *c)
+{
+    Host host;
+    const double *v = c->is.values;
+    Parameters p;
+    memcpy(&p, v + INPUTS, sizeof p);
+    host.is_held = !(are_ordinary((Inputs){v[0], v[1], v[2], v[3]}) && are_ordinary(c->is.inputs)
+                     && 1e-6 < p.m_club && p.m_club < 1e6 && 1e-6 < p.m_ball && p.m_ball < 1e6
+                     && p.gap < 1e30 && fabs(p.ball_speed) < 1e30 && p.exponent == 1.0);
+    if (host.is_held) feholdexcept(&host.environment);
+    return host;
+}
+
+static void release(const Host *host)
+{
+    if (host->is_held) fesetenv(&host->environment);
+}
+
+/* INITIALIZATION */
+
+static Inputs inputs_of(const double values[])
+{
+    return (Inputs){values[0], values[1], values[2], values[3]};
+}
+
+static Parameters parameters_of(const double values[])
+{
+    Parameters p;
+    memcpy(&p, values + INPUTS, sizeof p);
+    return p;
+}
+
+/* Steps of this size from an instant on. */
+static void begin_steps(Component *c, Instant begin, double size)
+{
+    c->is.begin = begin;
+    c->is.last_step = size;
+    c->is.count = 0.0;
+    c->has_state = 0;
+}
+
+/* The impact that these values lead to, from the start. */
+static void begin_impact(Component *c, Inputs inputs)
+{
+    impact_start(&c->is.impact, &c->is.parameters, inputs.club_speed);
+    c->is.inputs = inputs;
+    c->is.has_impact = 1;
+    c->is.first_phase = APPROACH;
+    begin_steps(c, (Instant){0.0, 0.0}, 0.0);
+}
+
+/* Before stepping: the impact of the present values. */
+static void preview(Component *c)
+{
+    Inputs inputs = inputs_of(c->is.values);
+    Parameters *p = &c->is.parameters;
+    *p = parameters_of(c->is.values);
+    /* Bodies that never meet. */
+    if (conflict(p, inputs).reason) inputs = (Inputs){1.0, 0.0, p->ball_speed, 0.0};
+    begin_impact(c, inputs);
+}
+
+static void component_reset(Component *c)
+{
+    Report report_to = c->report;
+    void *context = c->context;
+    memset(c, 0, sizeof *c);
+    for (int n = 0; n < SETTABLE; n++) c->is.values[n] = TABLE[n].start;
+    c->report = report_to;
+    c->context = context;
+    c->size = NAN;
+    /* In FMI 3.0 the start time is that of the first step. */
+    c->point_is_free = FMI_VERSION == 3;
+}
+
+/* The host's time at the start, s. Returns whether it is accepted at all in this mode. */
+static int component_set_up(Component *c, double start_time)
+{
+    if (c->is.mode != INSTANTIATED) {
+        refuse_call(c, refusal(LATE_SET_UP, 0.0, 0.0));
+        return 0;
+    }
+    if (!isfinite(start_time)) {
+        refuse(c, (Refusal){START_TIME, SETTABLE, REAL, {start_time}, FINE});
+        return 1;
+    }
+    correct(c, SETTABLE);
+    c->is.start_time = c->is.origin = c->is.point = start_time;
+    return 1;
+}
+
+/* From here on outputs are those of the present values. */
+static int component_enter_initialization(Component *c)
+{
+    if (c->is.mode != INSTANTIATED) {
+        refuse_call(c, refusal(ENTERED_TWICE, 0.0, 0.0));
+        return 0;
+    }
+    c->is.mode = INITIALIZATION;
+    return 1;
+}
+
+/* Fix the parameters; or return how many refusals, in the list, speak against it. */
+static int start_run(Component *c, Refusal list[])
+{
+    Inputs inputs = inputs_of(c->is.values);
+    Parameters p = parameters_of(c->is.values);
+    int count = 0;
+    for (int n = 0; n < c->is.refused_count; n++) {
+        int place = c->is.refused[n].place;
+        if (place >= INPUTS && place < SETTABLE) list[count++] = c->is.refused[n];
+    }
+    if (!count) {
+        list[0] = conflict(&p, inputs);
+        count = list[0].reason != FINE;
+    }
+    if (count) return count;
+    c->is.mode = STEPPING;
+    c->is.parameters = p;
+    begin_impact(c, inputs);
+    return 0;
+}
+
+/* Fix the parameters, as soon as they can be used. Returns whether all start values can be used; if
+   not, steps are refused until they can. */
+static int component_exit_initialization(Component *c)
+{
+    Refusal list[SETTABLE + 1];
+    if (c->is.mode != INITIALIZATION) {
+        refuse_call(c, refusal(NOT_ENTERED, 0.0, 0.0));
+        return 0;
+    }
+    c->is.mode = START_REFUSED;
+    Host host = hold(c);
+    int count = start_run(c, list);
+    release(&host);
+    if (count) report(c, list, count, "%s");
+    return !count && !c->is.refused_count;
+}
+
+/* The end of the run: values can still be read, nothing else. */
+static void component_terminate(Component *c)
+{
+    c->is.mode = TERMINATED;
+    c->size = NAN;
+}
+
+/* STEPS */
+
+/* The instant after so many steps, without loss. */
+static Instant instant_after(const Snapshot *is, double count)
+{
+    double size = is->last_step;
+    if (!count) return is->begin;
+    if (count == 1.0) return added(is->begin, size);
+    /* Two factors of at most 26 bits have an exact product. */
+    double high = 134217729.0 * size;
+    high -= high - size;
+    return added(added(is->begin, count * high), count * (size - high));
+}
+
+/* The present instant: the sum of the accepted steps. */
+static Instant instant_now(const Component *c) { return instant_after(&c->is, c->is.count); }
+
+/* The impact in the phase that holds the present instant. */
+static Impact *present(Component *c)
+{
+    if (!c->is.has_impact) preview(c);
+    if (!advance(&c->is.impact, &c->is.parameters, c->is.inputs, instant_now(c))) c->has_failed = 1;
+    return &c->is.impact;
+}
+
+/* All refusals that speak against a step; those of illegal calls are gone with that. */
+static int take_refusals(Component *c, Refusal list[])
+{
+    Snapshot *is = &c->is;
+    int count = is->refused_count + is->illegal_count;
+    memcpy(list, is->refused, (size_t)is->refused_count * sizeof *list);
+    memcpy(list + is->refused_count, is->illegal, (size_t)is->illegal_count * sizeof *list);
+    is->illegal_count = 0;
+    return count;
+}
+
+/* Whether steps are possible in this mode, and no value must be corrected; else why not is reported. */
+static int may_step(Component *c)
+{
+    Refusal list[SETTABLE + 1 + MOST_ILLEGAL];
+    int count = c->is.mode == START_REFUSED ? start_run(c, list) : 0;
+    if (!count && c->is.mode != STEPPING) {
+        Reason reason = c->is.mode == TERMINATED ? STEP_AFTER_END : STEP_BEFORE_START;
+        report_one(c, refusal(reason, 0.0, 0.0));
+        return 0;
+    }
+    if (!count) count = take_refusals(c, list);
+    if (count) report(c, list, count, SENTENCES[UNTIL_CORRECTED]);
+    return !count;
+}
+
+/* The origin of the host's time if a step begins at this point; or why it may not. */
+static Refusal check_point(Component *c, double point, double size, double *origin)
+{
+    Snapshot *is = &c->is;
+    *origin = is->origin;
+    if (point == is->point) return ACCEPTED;
+    if (isfinite(point)
+        && fabs(point - is->point) <= POINT_TOLERANCE * size + 1e-15 * fabs(is->point))
+        return ACCEPTED;
+    if (!c->point_is_free || !isfinite(point) || fabs(point) > LONGEST)
+        return refusal(POINT_JUMPS, point, is->point);
+    /* After a restored state the host's time may go on from anywhere; a touch to come moves. */
+    const Impact *i = present(c);
+    double now = instant_now(c).high;
+    if (c->has_failed) {
+        c->has_failed = 0;
+        return refusal_of_failure(contact_failure(&i->contact), NOT_COMPUTABLE, 0.0, 0.0);
+    }
+    if (i->phase == APPROACH || i->touch.instant.high >= now) *origin = point - now;
+    return ACCEPTED;
+}
+
+/* Why this touch would be refused in a step of this size; whether one is ahead that would be. */
+static Refusal check_touch(const Component *c, const Approach *a, Inputs inputs, double size,
+                           int *is_ahead)
+{
+    *is_ahead = 0;
+    if (!c->is.parameters.restitution_at_rest && !inputs.club_force) return ACCEPTED;
+    Refusal why = refusal_of_touch(&c->is.parameters, inputs);
+    *is_ahead = why.reason != FINE;
+    double t = since(a->begin, instant_now(c));
+    double left = a->duration - (t > RESOLUTION * a->begin.high ? t : 0.0);
+    return *is_ahead && left <= size * (1.0 + 1e-12) ? why : ACCEPTED;
+}
+
+static int are_equal(Inputs a, Inputs b)
+{
+    return a.k == b.k && a.b == b.b && a.club_speed == b.club_speed && a.club_force == b.club_force;
+}
+
+/* Why these inputs are refused from now on; else the impact that they lead to is `changed`, and whether
+   it is another one. */
+static Refusal change(const Component *c, Inputs inputs, Impact *changed, int *is_another)
+{
+    const Snapshot *is = &c->is;
+    Refusal why = conflict(&is->parameters, inputs);
+    if (why.reason) return why;
+    impact_copy(changed, &is->impact);
+    int effect = change_inputs(changed, &is->parameters, is->inputs, inputs, instant_now(c));
+    if (effect == NOT_COMPUTED) {
+        Failure failure = contact_failure(&changed->contact);
+        return refusal_of_failure(failure, CHANGE_REFUSED, inputs.k, inputs.b);
+    }
+    *is_another = effect || changed->phase != is->first_phase || changed->phase == APPROACH;
+    return ACCEPTED;
+}
+
+/* Make a step, unless it is refused: then why is reported, and nothing has changed. */
+static int check_step(Component *c, double point, double size)
+{
+    Snapshot *is = &c->is;
+    Impact changed;
+    double origin;
+    int is_another = 0, is_ahead = 0;
+    if (!isfinite(size) || size <= 0.0 || size > LONGEST) {
+        report_one(c, refusal(STEP_SIZE, size, 0.0));
+        return 0;
+    }
+    if ((is->mode != STEPPING || is->refused_count || is->illegal_count) && !may_step(c)) return 0;
+    Refusal why = check_point(c, point, size, &origin);
+    Inputs inputs = inputs_of(is->values);
+    int has_changed = !are_equal(inputs, is->inputs);
+    if (!why.reason && has_changed) why = change(c, inputs, &changed, &is_another);
+    const Impact *impact = has_changed ? &changed : &is->impact;
+    /* Without a change the touch may have been found for a read. */
+    if (!why.reason && (has_changed ? changed.phase : is->first_phase) == APPROACH)
+        why = check_touch(c, &impact->approach, inputs, size, &is_ahead);
+    if (why.reason) {
+        report_one(c, why);
+        return 0;
+    }
+    if (is_another || size != is->last_step) begin_steps(c, instant_now(c), size);
+    if (has_changed) impact_copy(&is->impact, &changed);
+    if (is_another) is->first_phase = changed.phase;
+    is->inputs = inputs;
+    is->origin = origin;
+    is->count += 1.0;
+    c->check_every_step = is_ahead;
+    return 1;
+}
+
+/* One communication step from the host's communication point on, both in s. Returns whether it was
+   accepted; if not, a message says why, and nothing has changed. */
+static int component_step(Component *c, double point, double size)
+{
+    Host host;
+    int is_accepted;
+    if (size == c->size
+        && (point == c->is.point
+            || (isfinite(point) && fabs(point - c->is.point) <= POINT_TOLERANCE * size))) {
+        c->is.count += 1.0;
+    } else {
+        host = hold(c);
+        is_accepted = check_step(c, point, size);
+        release(&host);
+        c->size = is_accepted && !c->check_every_step ? size : NAN;
+        if (!is_accepted) return 0;
+        c->point_is_free = 0;
+    }
+    c->is.point = point + size;
+    c->has_state = 0;
+    return 1;
+}
+
+/* VALUES */
+
+/* Why a value may not be set. */
+static Refusal check_value(const Component *c, uint32_t reference, double value, Type type)
+{
+    int place = place_of(reference);
+    if (place < 0 || place >= SETTABLE || TABLE[place].type != type)
+        return (Refusal){NOT_SETTABLE, 0, type, {reference}, FINE};
+    const Variable *v = &TABLE[place];
+    double now = c->is.values[place];
+    if (c->is.mode == TERMINATED) return (Refusal){SET_AFTER_END, place, REAL, {0.0}, FINE};
+    if (!isfinite(value) || value < v->low || value > v->high) return refusal_of(place, value);
+    if (v->causality == PARAMETER && c->is.mode == STEPPING && value != now)
+        return (Refusal){FIXED, place, v->type, {value, now}, FINE};
+    return ACCEPTED;
+}
+
+/* Set an input or parameter that the host takes for this type; a refused one keeps its value. Returns
+   whether the call was legal: a value out of range is, and refuses steps until it is corrected. */
+static int component_set(Component *c, uint32_t reference, double value, Type type)
+{
+    Refusal why = check_value(c, reference, value, type);
+    switch (why.reason) {
+    case FINE: break;
+    case OUT_OF_RANGE: refuse(c, why); return 1;
+    case FIXED: refuse(c, why); return 0;
+    default: refuse_call(c, why); return 0;
+    }
+    int place = place_of(reference);
+    correct(c, place);
+    if (value == c->is.values[place]) return 1;
+    c->is.values[place] = value;
+    c->size = NAN;
+    if (c->is.mode < STEPPING) c->is.has_impact = c->has_state = 0;
+    return 1;
+}
+
+/* The state in a contact, in the scaled time from its start, or from the first step after that. */
+static State contact_state(const Component *c, Impact *i)
+{
+    const Snapshot *is = &c->is;
+    double scale = contact_scale(&i->contact), offset = since(i->begin, is->begin), first = 0.0;
+    if (offset < 0.0 && is->last_step) {
+        /* Steps before the phase began would only cost digits. */
+        first = ceil(-offset / is->last_step - 1e-9);
+        offset = since(i->begin, instant_after(is, first));
+    }
+    double scaled_time = scale * offset + (is->count - first) * (scale * is->last_step);
+    State s = contact_dense(&i->contact, scaled_time);
+    double t = elapsed(i, instant_now(c));
+    if (!t || s.force < 0.0 || s.compression < 0.0) clamp_state(i, &is->parameters, &s, t);
+    return s;
+}
+
+/* The state at this communication point; before stepping, under the present values. */
+static const State *state_now(Component *c)
+{
+    if (!c->has_state) {
+        Impact *i = present(c);
+        c->state = i->phase == CONTACT ? contact_state(c, i)
+                                       : impact_state(i, &c->is.parameters, instant_now(c));
+        c->has_state = 1;
+    }
+    return &c->state;
+}

@@ -1,0 +1,230 @@
+/* laws/contact.py: contact phases of all kinds.
+
+   A phase is contact under constant k and b, from its initial state until the contact force is zero.
+   Times are s since its start, at most `duration`. It is a value: what its functions return is
+   independent of the order of calls. */
+
+typedef enum { CLOSED_FORM, EXTENDED, POWER_LAW, INTEGRATED } ContactKind;
+
+typedef struct {
+    ContactKind kind;
+    double duration; /* s; infinite if contact never ends */
+    double rate;     /* the fastest rate of change, 1/s */
+    /* By quantity, force and compression: whether the maxima have been found, how many, the first. */
+    int found[2], count[2];
+    Peak first[2];
+    union {
+        ClosedForm closed_form;
+        PowerLaw power_law;
+        Integrated integrated;
+        struct {
+            Extended extended;
+            Peak maxima[2][MAXIMA];
+        } extended;
+    } as;
+} Contact;
+
+/* A copy takes what the kind of contact has. */
+static void contact_copy(Contact *to, const Contact *from)
+{
+    size_t size = sizeof *to;
+    if (from->kind == CLOSED_FORM) size = offsetof(Contact, as) + sizeof(ClosedForm);
+    if (from->kind == EXTENDED) size = offsetof(Contact, as) + sizeof(from->as.extended);
+    if (from->kind == POWER_LAW) size = offsetof(Contact, as) + sizeof(PowerLaw);
+    if (from->kind == INTEGRATED)
+        size = offsetof(Contact, as.integrated.starts)
+               + (size_t)from->as.integrated.count * sizeof(PanelStart);
+    memcpy(to, from, size);
+}
+
+/* The phase that begins at `start`: first touch while closing, or a force above 0. The inputs are
+   those that act. */
+static void contact_begin(Contact *c, const Parameters *p, Inputs inputs, Motion start)
+{
+    memset(c, 0, offsetof(Contact, as));
+    if (p->exponent != 1.0 && inputs.club_force) {
+        /* In the scaled time it is a power of x, without a closed form. */
+        c->kind = INTEGRATED;
+        integrated_begin(&c->as.integrated, p, inputs, start);
+        c->duration = c->as.integrated.duration;
+        c->rate = INFINITY;
+        return;
+    }
+    if (p->exponent != 1.0) {
+        c->kind = POWER_LAW;
+        power_law_begin(&c->as.power_law, p, inputs.k, inputs.b, start);
+        c->duration = c->as.power_law.duration;
+        /* Unbounded: the force has a kink at d = 0. */
+        c->rate = INFINITY;
+        return;
+    }
+    ClosedForm closed_form;
+    closed_form_begin(&closed_form, inputs.k, law_damper(p, inputs.b), law_drag(p, inputs.b),
+                      p->m_club, p->m_ball, start, inputs.club_force);
+    if (closed_form.duration) {
+        c->kind = CLOSED_FORM;
+        c->duration = closed_form.duration;
+        c->rate = closed_form.rate;
+        c->as.closed_form = closed_form;
+        return;
+    }
+    c->kind = EXTENDED;
+    closed_form_extend(&closed_form, &c->as.extended.extended);
+    c->duration = c->as.extended.extended.duration;
+    c->rate = c->as.extended.extended.rate;
+}
+
+/* The time scale of the dense output, 1/s. */
+static double contact_scale(Contact *c)
+{
+    return c->kind == CLOSED_FORM ? c->as.closed_form.rates.s : 1.0;
+}
+
+/* The state at a scaled time. */
+static State contact_dense(Contact *c, double time)
+{
+    switch (c->kind) {
+    case CLOSED_FORM: return closed_form_dense(&c->as.closed_form, time);
+    case POWER_LAW: return power_law_state(&c->as.power_law, time);
+    case INTEGRATED: return integrated_state(&c->as.integrated, time);
+    default: return extended_state(&c->as.extended.extended, time);
+    }
+}
+
+static double contact_value(Contact *c, Quantity quantity, double t)
+{
+    switch (c->kind) {
+    case CLOSED_FORM: return closed_form_value(&c->as.closed_form, quantity, t);
+    case POWER_LAW: return power_law_value(&c->as.power_law, quantity, t);
+    case INTEGRATED: return integrated_value(&c->as.integrated, quantity, t);
+    default: return extended_value(&c->as.extended.extended, quantity, t);
+    }
+}
+
+/* The closing speed, to full relative accuracy. */
+static double contact_closing(Contact *c, double t)
+{
+    if (c->kind == CLOSED_FORM) return closed_form_closing(&c->as.closed_form, t);
+    return contact_value(c, CLOSING, t);
+}
+
+/* Impulse of the contact force over [begin, begin + width], N.s. */
+static double contact_impulse(Contact *c, double begin, double width)
+{
+    switch (c->kind) {
+    case CLOSED_FORM: return closed_form_impulse(&c->as.closed_form, begin, width);
+    case POWER_LAW: return power_law_impulse(&c->as.power_law, begin, width);
+    case INTEGRATED: return integrated_impulse(&c->as.integrated, begin, width);
+    default: return extended_impulse(&c->as.extended.extended, begin, width);
+    }
+}
+
+/* Why the contact can't be computed any further; the reason is FINE if it can. */
+static Failure contact_failure(const Contact *c)
+{
+    static const Failure none = {FINE, {0.0, 0.0, 0.0}};
+    if (c->kind == INTEGRATED) return c->as.integrated.failure;
+    return c->kind == EXTENDED ? c->as.extended.extended.failure : none;
+}
+
+/* Evaluate another piece, if the end isn't known yet; whether the duration has grown. */
+static int contact_extend(Contact *c)
+{
+    if (c->kind != INTEGRATED) return 0;
+    int has_grown = integrated_extend(&c->as.integrated);
+    c->duration = c->as.integrated.duration;
+    return has_grown;
+}
+
+/* The bodies when contact ends. */
+static Motion contact_end(Contact *c)
+{
+    if (c->kind == CLOSED_FORM) return closed_form_end(&c->as.closed_form);
+    State s = contact_dense(c, c->duration);
+    double d = larger(0.0, s.compression);
+    double closing = contact_value(c, CLOSING, c->duration);
+    return (Motion){s.x_ball + d, s.x_ball, s.v_club, s.v_ball, d, closing};
+}
+
+/* MAXIMA */
+
+static Peak *maximum(Contact *c, Quantity quantity, int n)
+{
+    if (c->kind == INTEGRATED) return &c->as.integrated.peaks[quantity][n];
+    return n ? &c->as.extended.maxima[quantity][n] : &c->first[quantity];
+}
+
+static void find_maxima(Contact *c, Quantity quantity)
+{
+    double when[MAXIMA];
+    int count;
+    if (c->kind == INTEGRATED) return;
+    switch (c->kind) {
+    case CLOSED_FORM: count = closed_form_maxima(&c->as.closed_form, quantity, when); break;
+    case POWER_LAW: count = power_law_maxima(&c->as.power_law, quantity, when); break;
+    default: count = extended_maxima(&c->as.extended.extended, quantity, when, MAXIMA);
+    }
+    for (int n = 0; n < count; n++)
+        *maximum(c, quantity, n) = (Peak){contact_value(c, quantity, when[n]), when[n]};
+    c->found[quantity] = 1;
+    c->count[quantity] = count;
+}
+
+/* The largest value of force or compression on [0, t], and its time. */
+static Peak contact_largest(Contact *c, Quantity quantity, double t)
+{
+    /* Before the maxima: a phase in pieces is then evaluated up to t. */
+    double now = contact_value(c, quantity, t);
+    if (!c->found[quantity]) find_maxima(c, quantity);
+    Peak largest = {contact_value(c, quantity, 0.0), 0.0};
+    const Peak *top = NULL;
+    int count = c->kind == INTEGRATED ? c->as.integrated.peak_count[quantity] : c->count[quantity];
+    for (int n = 0; n < count; n++) {
+        const Peak *passed = maximum(c, quantity, n);
+        if (passed->when <= t && (!top || passed->value > top->value)) top = passed;
+    }
+    /* A maximum just after the start is as large as the start to the last digits. */
+    if (top && top->value >= largest.value - ROUNDING * fabs(largest.value)) largest = *top;
+    /* Just after a maximum, rounding must not move its time. */
+    if (now > largest.value + ROUNDING * fabs(largest.value)) largest = (Peak){now, t};
+    return largest;
+}
+
+/* Until t: the largest force (N) and its time, the largest compression (m), the impulse (N.s). */
+typedef struct {
+    Peak force;
+    double compression, impulse;
+} Totals;
+
+/* The largest value until t, shortly after the start of a closed-form contact, given its decaying
+   functions there. */
+static Peak largest_after_start(Contact *c, Quantity quantity, double t, Row basis)
+{
+    const ClosedForm *o = &c->as.closed_form;
+    Row row = closed_form_row(o, quantity), slope = slope_of(row, o->rates);
+    double start = row.a + row.c, now = row.c * basis.c + row.s * basis.s;
+    if (row.a) now += row.a * basis.a;
+    int rises = slope.a + slope.c > 0.0;
+    double left = slope.a * basis.a + (slope.c * basis.c + slope.s * basis.s);
+    /* There may be a maximum in between. */
+    if (rises && left <= FLAT * o->rate * fabs(now)) return contact_largest(c, quantity, t);
+    if (rises && now > start + ROUNDING * fabs(start)) return (Peak){now, t};
+    return (Peak){start, 0.0};
+}
+
+static Totals contact_totals(Contact *c, double t)
+{
+    Totals totals;
+    if (c->kind == CLOSED_FORM && t * c->rate <= SHORT) {
+        Row rates = c->as.closed_form.rates;
+        double size = exp(-rates.c * t), angle = rates.s * t;
+        Row basis = {exp(-rates.a * t), size * cos(angle), size * sin(angle)};
+        totals.force = largest_after_start(c, FORCE, t, basis);
+        totals.compression = largest_after_start(c, COMPRESSION, t, basis).value;
+    } else {
+        totals.force = contact_largest(c, FORCE, t);
+        totals.compression = contact_largest(c, COMPRESSION, t).value;
+    }
+    totals.impulse = contact_impulse(c, 0.0, t);
+    return totals;
+}

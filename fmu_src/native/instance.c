@@ -1,0 +1,201 @@
+/* Instances and saved states, for both versions of FMI.
+
+   An illegal call returns Error, as in Reference-FMUs: an unknown value reference, setting an output or
+   a fixed parameter, a second initialization, a damaged state, a NULL pointer. A step that a refused
+   value prevents returns Discard; it may be made again once that value is corrected. */
+
+/* How far (relative to the step) a step may end beyond a defined stop time. */
+#define STOP_TOLERANCE 1e-6
+
+#if FMI_VERSION == 3
+typedef fmi3LogMessageCallback Logger;
+#else
+typedef fmi2CallbackLogger Logger;
+#endif
+
+typedef struct {
+    Component component;
+    Logger logger;
+    void *environment; /* of the logger */
+    char *name;
+    double stop_time; /* s; infinite if it isn't defined */
+    double reached;   /* where the last accepted step ended, s */
+    int is_refused;   /* whether the last step was */
+    int has_event_mode, may_return_early;
+} Instance;
+
+/* A pointer to another thing, or to a state that was freed, doesn't point to itself. */
+typedef struct saved {
+    struct saved *itself;
+    Snapshot is;
+} Saved;
+
+/* MESSAGES */
+
+static void send(Logger logger, void *environment, const char *name, const char *sentence)
+{
+    if (!logger) return;
+#if FMI_VERSION == 3
+    (void)name;
+    logger(environment, fmi3Error, "logStatusError", sentence);
+#else
+    /* A host takes it for a format. */
+    char format[2 * SENTENCE_SIZE];
+    Text t = {format, format + sizeof format - 1};
+    *format = 0;
+    for (; *sentence; sentence++) {
+        if (*sentence == '%') put_character(&t, '%');
+        put_character(&t, *sentence);
+    }
+    logger(environment, name, fmi2Error, "logStatusError", format);
+#endif
+}
+
+static void send_report(void *context, const char *sentence)
+{
+    const Instance *i = context;
+    send(i->logger, i->environment, i->name, sentence);
+}
+
+/* Send a message on an illegal call; always 0. */
+static int is_illegal(const Instance *i, const char *sentence)
+{
+    send(i->logger, i->environment, i->name, sentence);
+    return 0;
+}
+
+/* LIFE */
+
+/* Why no instance is made of this kind, with this GUID or token; empty if it is. */
+static void refuse_instance(Text *t, int is_co_simulation, const char *token)
+{
+    const char *words[] = {token ? token : "NULL", TOKEN};
+    *t->end = 0;
+    if (!is_co_simulation) put(t, "another interface is refused: this FMU has co-simulation only");
+    else if (!token || strcmp(token, TOKEN))
+        put_sentence(t, "GUID or token = %s is refused: this FMU has %s", words);
+}
+
+/* An instance; NULL, and a message, if there is none. */
+static Instance *new_instance(int is_co_simulation, const char *name, const char *token,
+                              Logger logger, void *environment)
+{
+    char text[SENTENCE_SIZE];
+    Text why = {text, text + sizeof text - 1};
+    if (!name) name = "";
+    refuse_instance(&why, is_co_simulation, token);
+    Instance *i = *text ? NULL : calloc(1, sizeof *i);
+    char *copy = i ? malloc(strlen(name) + 1) : NULL;
+    if (!copy) {
+        send(logger, environment, name, *text ? text : "out of memory");
+        free(i);
+        return NULL;
+    }
+    i->logger = logger;
+    i->environment = environment;
+    i->name = strcpy(copy, name);
+    i->stop_time = INFINITY;
+    i->component.report = send_report;
+    i->component.context = i;
+    component_reset(&i->component);
+    return i;
+}
+
+static void free_instance(Instance *i)
+{
+    if (!i) return;
+    free(i->name);
+    free(i);
+}
+
+static void reset_instance(Instance *i)
+{
+    component_reset(&i->component);
+    i->stop_time = INFINITY;
+}
+
+/* The experiment; returns whether it may be set up now. */
+static int set_up(Instance *i, double start_time, int has_stop_time, double stop_time)
+{
+    if (!component_set_up(&i->component, start_time)) return 0;
+    i->stop_time = has_stop_time && !isnan(stop_time) ? stop_time : INFINITY;
+    return 1;
+}
+
+static int is_past_stop(const Instance *i, double point, double size)
+{
+    /* Others are refused anyway. */
+    int is_sum = isfinite(point) && isfinite(size) && fabs(point) <= LONGEST && fabs(size) <= LONGEST;
+    return is_sum && point + size > i->stop_time + STOP_TOLERANCE * size;
+}
+
+static const char *const PAST_STOP = "a step past the stop time of the experiment is refused";
+
+/* STATES: of each, whether the call was legal. */
+
+static int is_saved(const Instance *i, const Saved *s)
+{
+    if (s && s->itself == s) return 1;
+    return is_illegal(i, "a state that isn't one of this FMU is refused");
+}
+
+static int save(Instance *i, void **state)
+{
+    if (!state || (*state && !is_saved(i, *state))) return 0;
+    Saved *s = *state ? *state : malloc(sizeof *s);
+    if (!s) return is_illegal(i, "out of memory");
+    s->itself = s;
+    snapshot_copy(&s->is, &i->component.is);
+    *state = s;
+    return 1;
+}
+
+static int restore(Instance *i, const Saved *s)
+{
+    if (!s || s->itself != s) {
+        refuse_call(&i->component, refusal(FOREIGN_STATE, 0.0, 0.0));
+        return 0;
+    }
+    component_restore(&i->component, &s->is);
+    return 1;
+}
+
+static int drop(Instance *i, void **state)
+{
+    if (!state || !*state) return 1;
+    if (!is_saved(i, *state)) return 0;
+    ((Saved *)*state)->itself = NULL;
+    free(*state);
+    *state = NULL;
+    return 1;
+}
+
+static int serialized_size(const Instance *i, const Saved *s, size_t *size)
+{
+    if (!size || !is_saved(i, s)) return 0;
+    *size = packed(&s->is, NULL);
+    return 1;
+}
+
+static int serialize(const Instance *i, const Saved *s, unsigned char bytes[], size_t size)
+{
+    if (!bytes || !is_saved(i, s)) return 0;
+    if (size != packed(&s->is, NULL))
+        return is_illegal(i, "another number of bytes than a serialized state has is refused");
+    packed(&s->is, bytes);
+    return 1;
+}
+
+static int deserialize(const Instance *i, const unsigned char bytes[], size_t size, void **state)
+{
+    if (!bytes || !state) return 0;
+    Saved *s = malloc(sizeof *s);
+    if (!s) return is_illegal(i, "out of memory");
+    s->itself = s;
+    if (!unpacked(&s->is, bytes, size)) {
+        free(s);
+        return is_illegal(i, SENTENCES[FOREIGN_STATE]);
+    }
+    *state = s;
+    return 1;
+}

@@ -1,0 +1,56 @@
+/* laws/law.py, absolute.py, relative.py and restitution.py: the contact laws.
+
+   Law 1, absolute: F = k d, and a drag b v on each body. Law 2, relative: F = k d + b d', or the power
+   law of these; damping may follow from a coefficient of restitution that falls with the approach
+   speed. */
+
+enum { ABSOLUTE = 1, RELATIVE = 2 };
+
+/* A lower coefficient of restitution would need more damping than leaves anything of the spring. */
+#define LEAST_RESTITUTION 1e-29
+
+/* The damping ratio zeta for a coefficient of restitution above 0 and at most 1: by Newton's method on
+   zeta s(zeta) = -ln(COR)/2, concave and rising, so that every iterate stays below the root. */
+static double damping_ratio(double coefficient)
+{
+    double half = -0.5 * log(coefficient), zeta = fabs(2.0 * half / PI);
+    for (int n = 0; n < 100; n++) {
+        double square = (zeta - 1.0) * (zeta + 1.0), s = 1.0, slope = -1.0 / 3.0;
+        if (square) {
+            double root = sqrt(fabs(square));
+            s = (square < 0.0 ? atan2(root, zeta) : asinh(root)) / root;
+            slope = (1.0 - zeta * s) / square;
+        }
+        double step = (half - zeta * s) / (s + zeta * slope);
+        zeta += step;
+        if (step <= 4e-16 * zeta) break;
+    }
+    return zeta;
+}
+
+/* The damping that acts, N.s/m, in a contact with this approach speed, m/s. */
+static double law_damping(const Parameters *p, double k, double b, double closing)
+{
+    if (p->law != RELATIVE || !p->restitution_at_rest) return b;
+    /* Outputs may be read before a step is refused for a coefficient out of range. */
+    double coefficient = p->restitution_at_rest - p->restitution_slope * closing;
+    double zeta = damping_ratio(larger(coefficient, LEAST_RESTITUTION));
+    double mu = p->m_club * (p->m_ball / (p->m_club + p->m_ball));
+    return 2.0 * zeta * mu * sqrt(0.5 * (p->exponent + 1.0) * (k / mu));
+}
+
+/* The coefficient of the closing speed in the force, N.s/m. */
+static double law_damper(const Parameters *p, double b) { return p->law == RELATIVE ? b : 0.0; }
+
+/* The coefficient of the drag on each body, N.s/m. */
+static double law_drag(const Parameters *p, double b) { return p->law == RELATIVE ? 0.0 : b; }
+
+/* Contact force, N, from the compression, m, and its rate of change, m/s; it continues smoothly below
+   zero force and zero compression. */
+static double law_force(const Parameters *p, double k, double b, double compression, double closing)
+{
+    double n = p->exponent;
+    if (n == 1.0) return k * compression + law_damper(p, b) * closing;
+    double power = pow(fabs(compression) / p->reference_compression, 0.5 * (n - 1.0));
+    return power * (k * power * compression + b * closing);
+}

@@ -1,0 +1,484 @@
+/* numerics/ode.py, numerics/events.py and laws/integrated.py: a power law under a force on the club
+   head, integrated by collocation at Chebyshev nodes.
+
+   The equations are d' = w, moved' = gained, w' and gained' from the force, with the compression d, the
+   closing speed w, and of the ball the change of its velocity and the displacement beside its uniform
+   motion. On a panel the slopes are Chebyshev series, found by Picard iteration at the nodes (Clenshaw
+   & Norton, Comput. J. 6, 88, 1963). Panels are added as far as the phase is evaluated; kept are their
+   initial states, and the series of one of them. */
+
+/* What a panel may leave out, and an iteration still change, relative to the speeds. */
+#define SERIES_TOLERANCE 1e-14
+
+/* Relative to the time and the width tried first: a panel so short is accepted. */
+#define SHORTEST 1e-15
+
+/* Of the first panel, s, before it is halved until the force is constant on it, more or less. */
+#define FIRST_WIDTH 1.0
+
+/* No lengths (m), speeds and times are so small. */
+#define LEAST 1e-290
+
+/* A contact whose force deviates by less from that at rest, and whose compression changes by less on a
+   panel (relative), is at rest. */
+#define REST 1e-12
+
+/* A compression that has fallen by so much is taken for a constant: there is no end ahead. */
+#define VANISHED 1e-20
+
+/* Force or compression that come so near to 0 (relative) before they grow again: whether they reached
+   0, and the contact ended, is rounding error. */
+#define GRAZING_LEFT 1e-7
+
+/* Impulses over shorter times (relative to the panel) are integrals of the force: the difference of
+   two values loses digits. */
+#define SHORT_OF_PANEL 1e-2
+
+/* Beside a larger push on the club head (relative to the contact force without it) rounding errors
+   would decide whether the bodies separate. */
+#define MOST_FORCE 1e4
+
+enum { ITERATIONS = 30, MOST_INTEGRATED = 600, PANEL_TIMES = ORDER + 2 };
+enum { D, MOVED, W, GAINED, QUANTITIES };
+
+typedef struct {
+    double begin, end, start[QUANTITIES];
+} PanelStart;
+
+/* A panel with its series: D and MOVED have two orders more than the slopes, W and GAINED one. */
+typedef struct {
+    PanelStart at;
+    double series[QUANTITIES][ORDER + 2], slopes[2][ORDER], force_slope[ORDER - 1];
+} SolvedPanel;
+
+typedef struct {
+    double duration; /* s, as far as it is known; infinite if the bodies come to rest */
+    int is_complete; /* whether the end is known */
+    Failure failure;
+    Parameters p;
+    double k, b, club_force, v_ball, x_ball;
+    double last[QUANTITIES], width; /* where the next panel begins, and its width */
+    double most[2];                 /* the largest compression and force so far */
+    int peak_count[2];              /* of force and compression: those above all before */
+    Peak peaks[2][MAXIMA];
+    int count, solved; /* panels, and which of them `panel` is */
+    SolvedPanel panel;
+    PanelStart starts[MOST_INTEGRATED];
+} Integrated;
+
+static double integrated_force(const Integrated *o, double d, double w)
+{
+    return law_force(&o->p, o->k, o->b, d, w);
+}
+
+/* Slopes of the closing speed and the ball's velocity, m/s2. */
+static void accelerations(const Integrated *o, double force, double *closing, double *ball)
+{
+    *ball = force / o->p.m_ball;
+    *closing = (o->club_force - force) / o->p.m_club - *ball;
+}
+
+/* The speed in which errors count on a panel from this state on, m/s. */
+static double error_scale(const Integrated *o, const double start[], double width)
+{
+    double force = fabs(integrated_force(o, start[D], start[W]));
+    /* Without cancellation: forces in balance have rounding errors. */
+    double ball = force / o->p.m_ball, club = (fabs(o->club_force) + force) / o->p.m_club;
+    return larger(larger(fabs(start[W]), width * larger(ball, club)), LEAST);
+}
+
+/* PANELS */
+
+/* The slopes at the nodes of a panel; returns whether they converge. */
+static int solve_slopes(const Integrated *o, const PanelStart *at, double width, double allowed,
+                        double slopes[2][ORDER])
+{
+    double nodes[QUANTITIES][ORDER], half = 0.5 * width;
+    for (int i = 0; i < QUANTITIES; i++)
+        for (int n = 0; n < ORDER; n++) nodes[i][n] = at->start[i];
+    for (int iteration = 0; iteration < ITERATIONS; iteration++) {
+        int has_converged = 1;
+        /* Before the force, which may be 0 at the start alone. */
+        for (int i = D; i <= MOVED; i++)
+            for (int n = 0; n < ORDER; n++)
+                nodes[i][n] = at->start[i] + half * dot(INTEGRALS[n], nodes[i + W]);
+        for (int n = 0; n < ORDER; n++) {
+            double force = integrated_force(o, nodes[D][n], nodes[W][n]);
+            if (!isfinite(force)) return 0;
+            accelerations(o, force, &slopes[0][n], &slopes[1][n]);
+        }
+        for (int i = W; i <= GAINED; i++) {
+            for (int n = 0; n < ORDER; n++) {
+                double value = at->start[i] + half * dot(INTEGRALS[n], slopes[i - W]);
+                if (!(fabs(value - nodes[i][n]) <= allowed)) has_converged = 0;
+                nodes[i][n] = value;
+            }
+        }
+        if (has_converged) return 1;
+    }
+    return 0;
+}
+
+/* The series of a panel from its slopes at the nodes. */
+static void set_series(SolvedPanel *p)
+{
+    double half = 0.5 * (p->at.end - p->at.begin);
+    for (int i = 0; i < 2; i++) {
+        integrate(p->slopes[i], ORDER, p->at.start[W + i], half, p->series[W + i]);
+        integrate(p->series[W + i], ORDER + 1, p->at.start[i], half, p->series[i]);
+    }
+    differentiate(p->slopes[1], p->force_slope);
+}
+
+/* The panel from t on, at most so wide, and the width to try for the next one; returns whether there
+   is one. */
+static int next_panel(const Integrated *o, double t, double *width, SolvedPanel *p)
+{
+    double shortest = SHORTEST * (t + *width), w = *width, excess = 0.0, values[2][ORDER];
+    p->at.begin = t;
+    memcpy(p->at.start, o->last, sizeof o->last);
+    for (;;) {
+        w = (t + w) - t;
+        double allowed = SERIES_TOLERANCE * error_scale(o, o->last, w);
+        if (!solve_slopes(o, &p->at, w, allowed, values)) {
+            if (w <= shortest) return 0;
+            w *= 0.5;
+            continue;
+        }
+        excess = 0.0;
+        for (int i = 0; i < 2; i++) {
+            interpolate(values[i], p->slopes[i]);
+            double left_out = (fabs(p->slopes[i][0]) + fabs(p->slopes[i][1])) * w / allowed;
+            excess = larger(excess, left_out);
+        }
+        if (excess <= 1.0 || w <= shortest) break;
+        /* At a kink the last coefficients fall slowly with the width, elsewhere fast. */
+        w *= smaller(larger(pow(excess, -0.4), 0.1), 0.5);
+    }
+    p->at.end = t + w;
+    set_series(p);
+    *width = pow(larger(excess, 1e-16), -1.0 / ORDER) * w;
+    return 1;
+}
+
+/* A panel that was found before. */
+static void solve_again(Integrated *o, int number)
+{
+    SolvedPanel *p = &o->panel;
+    double values[2][ORDER];
+    if (o->solved == number) return;
+    p->at = o->starts[number];
+    double width = p->at.end - p->at.begin;
+    double allowed = SERIES_TOLERANCE * error_scale(o, p->at.start, width);
+    solve_slopes(o, &p->at, width, allowed, values);
+    for (int i = 0; i < 2; i++) interpolate(values[i], p->slopes[i]);
+    set_series(p);
+    o->solved = number;
+}
+
+static double argument_of(const SolvedPanel *p, double t)
+{
+    return 2.0 * ((t - p->at.begin) / (p->at.end - p->at.begin)) - 1.0;
+}
+
+/* A quantity; exactly at the start, where the series have rounding errors. */
+static double quantity_at(const SolvedPanel *p, int quantity, double t)
+{
+    if (t <= p->at.begin) return p->at.start[quantity];
+    int order = quantity < W ? ORDER + 2 : ORDER + 1;
+    return evaluate(p->series[quantity], order, argument_of(p, t));
+}
+
+/* Begin, nodes in order and end: quantities have few extrema in between. */
+static double panel_time(const SolvedPanel *p, int n)
+{
+    if (n == 0) return p->at.begin;
+    if (n == PANEL_TIMES - 1) return p->at.end;
+    return p->at.begin + 0.5 * (p->at.end - p->at.begin) * (1.0 + NODES[ORDER - n]);
+}
+
+/* EVENTS */
+
+typedef double (*PanelFunction)(const Integrated *o, const SolvedPanel *p, double t);
+
+static double compression_on(const Integrated *o, const SolvedPanel *p, double t)
+{
+    return (void)o, quantity_at(p, D, t);
+}
+
+static double closing_on(const Integrated *o, const SolvedPanel *p, double t)
+{
+    return (void)o, quantity_at(p, W, t);
+}
+
+static double force_on(const Integrated *o, const SolvedPanel *p, double t)
+{
+    return integrated_force(o, quantity_at(p, D, t), quantity_at(p, W, t));
+}
+
+/* Of the slope of the force the sign alone is used. */
+static double force_slope_on(const Integrated *o, const SolvedPanel *p, double t)
+{
+    return (void)o, evaluate(p->force_slope, ORDER - 1, argument_of(p, t));
+}
+
+/* What is left of force or compression. A force that grows from 0 at touch isn't one that has fallen
+   to 0. */
+static double left_on(const Integrated *o, const SolvedPanel *p, double t)
+{
+    if (closing_on(o, p, t) >= 0.0) return 1.0;
+    return smaller(compression_on(o, p, t), force_on(o, p, t));
+}
+
+/* The first double after `low` at which a function (times the sign) isn't above 0; it isn't at
+   `high`. */
+static double bisect(const Integrated *o, const SolvedPanel *p, PanelFunction function, double sign,
+                     double low, double high)
+{
+    for (;;) {
+        double middle = 0.5 * (low + high);
+        if (!(low < middle && middle < high)) return high;
+        if (sign * function(o, p, middle) > 0.0) low = middle;
+        else high = middle;
+    }
+}
+
+/* Whether a minimum between these times ends the contact, or leaves that to rounding errors. */
+static int check_minimum(Integrated *o, const SolvedPanel *p, int place, double low, double high,
+                         double *end)
+{
+    PanelFunction value = place ? force_on : compression_on;
+    PanelFunction slope = place ? force_slope_on : closing_on;
+    if (!(slope(o, p, low) < 0.0 && 0.0 < slope(o, p, high))) return 0;
+    double when = bisect(o, p, slope, -1.0, low, high), least = value(o, p, when);
+    /* In the rounding errors of a small force it is none. */
+    if (!(least < value(o, p, high))) return 0;
+    if (least <= 0.0) {
+        *end = when;
+        return 1;
+    }
+    if (least <= GRAZING_LEFT * o->most[place]) o->failure = (Failure){UNDECIDED, {when}};
+    return 0;
+}
+
+/* When force or compression falls to 0 on a panel, s; infinite if neither does. */
+static double end_on(Integrated *o, const SolvedPanel *p)
+{
+    for (int n = 1; n < PANEL_TIMES; n++) {
+        double low = panel_time(p, n - 1), high = panel_time(p, n), end = high, closing, ball;
+        int is_end = left_on(o, p, high) <= 0.0;
+        if (!is_end && closing_on(o, p, low) < 0.0)
+            for (int place = 0; place < 2 && !o->failure.reason; place++)
+                is_end = check_minimum(o, p, place, low, high, &end) || is_end;
+        if (o->failure.reason) return INFINITY;
+        if (is_end) {
+            end = bisect(o, p, left_on, 1.0, low, end);
+            double w = closing_on(o, p, end);
+            accelerations(o, force_on(o, p, end), &closing, &ball);
+            if (w * w < 2.0 * GRAZING_LEFT * closing * o->most[0])
+                o->failure = (Failure){UNDECIDED, {end}};
+            return end;
+        }
+        o->most[0] = larger(o->most[0], compression_on(o, p, high));
+        o->most[1] = larger(o->most[1], force_on(o, p, high));
+    }
+    return INFINITY;
+}
+
+/* Keep the maxima of a quantity on a panel that are above all before. */
+static void keep_peaks(Integrated *o, const SolvedPanel *p, Quantity quantity)
+{
+    PanelFunction value = quantity == FORCE ? force_on : compression_on;
+    PanelFunction slope = quantity == FORCE ? force_slope_on : closing_on;
+    int *count = &o->peak_count[quantity];
+    for (int n = 1; n < PANEL_TIMES; n++) {
+        double low = smaller(panel_time(p, n - 1), o->duration);
+        double high = smaller(panel_time(p, n), o->duration);
+        if (!(slope(o, p, low) > 0.0 && 0.0 >= slope(o, p, high))) continue;
+        double when = bisect(o, p, slope, 1.0, low, high);
+        Peak peak = {value(o, p, when), when};
+        if (*count && peak.value <= o->peaks[quantity][*count - 1].value) continue;
+        if (*count < MAXIMA) o->peaks[quantity][(*count)++] = peak;
+    }
+}
+
+/* THE PHASE */
+
+/* Contact force of bodies that the club force accelerates together, N. */
+static double force_at_rest(const Integrated *o)
+{
+    return o->club_force * (o->p.m_ball / (o->p.m_club + o->p.m_ball));
+}
+
+static int comes_to_rest(const Integrated *o, const SolvedPanel *p)
+{
+    double d = o->last[D], w = o->last[W], rest = force_at_rest(o);
+    if (d <= VANISHED * o->most[0]) return 1;
+    double moved = (p->at.end - p->at.begin) * larger(fabs(w), fabs(p->at.start[W]));
+    return fabs(integrated_force(o, d, w) - rest) <= REST * rest && moved <= REST * d;
+}
+
+/* Add a panel, if the end isn't known yet; returns whether the duration has grown. */
+static int integrated_extend(Integrated *o)
+{
+    double t = o->duration;
+    if (o->is_complete || o->failure.reason) return 0;
+    if (o->count == MOST_INTEGRATED) {
+        o->failure = (Failure){TOO_MANY_PANELS, {t}};
+        return 0;
+    }
+    SolvedPanel p;
+    if (!next_panel(o, t, &o->width, &p)) {
+        o->failure = (Failure){NO_NUMBERS, {t}};
+        return 0;
+    }
+    double end = end_on(o, &p);
+    if (o->failure.reason) return 0;
+    o->panel = p;
+    o->solved = o->count;
+    o->starts[o->count++] = p.at;
+    for (int i = 0; i < QUANTITIES; i++) o->last[i] = quantity_at(&p, i, p.at.end);
+    o->is_complete = end < INFINITY;
+    o->duration = o->is_complete ? end : p.at.end;
+    if (!o->is_complete && comes_to_rest(o, &p)) {
+        o->is_complete = 1;
+        o->duration = INFINITY;
+    }
+    keep_peaks(o, &p, FORCE);
+    keep_peaks(o, &p, COMPRESSION);
+    return 1;
+}
+
+/* The width of a panel on which the force changes the speeds by about as much as they are. */
+static double first_width(const Integrated *o)
+{
+    double d = o->last[D], w = o->last[W], force = integrated_force(o, d, w), closing, ball;
+    double width = FIRST_WIDTH;
+    accelerations(o, force, &closing, &ball);
+    while (width > LEAST) {
+        double later = integrated_force(o, d + (w + 0.5 * closing * width) * width,
+                                        w + closing * width);
+        /* Nor do the bodies come apart on it. */
+        int has_parted = closing < 0.0 && closing * width * width < smaller(-d, w * w / closing);
+        if (isfinite(later) && !has_parted
+            && fabs(later - force) * width <= o->p.m_ball * error_scale(o, o->last, width))
+            break;
+        width *= 0.5;
+    }
+    return width;
+}
+
+/* Whether beside a power law a push on the club head leaves it to rounding errors whether the bodies
+   separate: then the contact force that the motion leads to, N, is computed, too. */
+static int is_large_push(const Parameters *p, double k, double club_force, double compression,
+                         double closing, double *contact_force)
+{
+    double n = p->exponent, d_r = p->reference_compression;
+    double share = p->m_ball / (p->m_club + p->m_ball), rate = closing / d_r;
+    if (club_force <= 0.0) return 0;
+    /* The compression that the energy leads to, relative to d_r, to the power of n + 1. */
+    double power = 0.5 * (n + 1.0) * (p->m_club * share / k) * rate * rate;
+    power += pow(compression / d_r, n + 1.0);
+    *contact_force = k * d_r * pow(power, n / (n + 1.0));
+    return !(share * club_force <= MOST_FORCE * *contact_force);
+}
+
+static void integrated_begin(Integrated *o, const Parameters *p, Inputs inputs, Motion start)
+{
+    memset(o, 0, offsetof(Integrated, starts));
+    o->p = *p;
+    o->k = inputs.k;
+    o->b = inputs.b;
+    o->club_force = inputs.club_force;
+    o->v_ball = start.v_ball;
+    o->x_ball = start.x_club - start.compression;
+    o->last[D] = o->most[0] = start.compression;
+    o->last[W] = start.closing;
+    double contact_force;
+    if (is_large_push(p, inputs.k, inputs.club_force, start.compression, start.closing,
+                      &contact_force)) {
+        o->failure = (Failure){LARGE_PUSH, {inputs.club_force, contact_force}};
+        return;
+    }
+    o->most[1] = integrated_force(o, start.compression, start.closing);
+    if (!isfinite(o->most[1])) {
+        o->failure = (Failure){NOT_FINITE, {start.compression, start.closing, o->most[1]}};
+        return;
+    }
+    o->width = first_width(o);
+    integrated_extend(o);
+}
+
+/* EVALUATION */
+
+static int is_at_rest(const Integrated *o, double t)
+{
+    return o->is_complete && o->duration == INFINITY && t > o->starts[o->count - 1].end;
+}
+
+/* The panel that holds a time, solved. */
+static const SolvedPanel *panel_at(Integrated *o, double t)
+{
+    int low = 0, high = o->count - 1;
+    while (low < high) {
+        int middle = (low + high) / 2;
+        if (t < o->starts[middle].end) high = middle;
+        else low = middle + 1;
+    }
+    solve_again(o, low);
+    return &o->panel;
+}
+
+/* The quantities at a time; NaN where they can't be computed. */
+static void integrated_at(Integrated *o, double t, double q[QUANTITIES])
+{
+    while (t > o->duration && integrated_extend(o)) continue;
+    if (!o->count || (o->failure.reason && t > o->duration)) {
+        for (int i = 0; i < QUANTITIES; i++) q[i] = NAN;
+        return;
+    }
+    if (!is_at_rest(o, t)) {
+        const SolvedPanel *p = panel_at(o, t);
+        for (int i = 0; i < QUANTITIES; i++) q[i] = quantity_at(p, i, t);
+        return;
+    }
+    double pull = force_at_rest(o) / o->p.m_ball, after = t - o->starts[o->count - 1].end;
+    q[D] = o->last[D];
+    q[MOVED] = o->last[MOVED] + (o->last[GAINED] + 0.5 * pull * after) * after;
+    q[W] = 0.0;
+    q[GAINED] = o->last[GAINED] + pull * after;
+}
+
+static double integrated_value(Integrated *o, Quantity quantity, double t)
+{
+    double q[QUANTITIES];
+    integrated_at(o, t, q);
+    if (quantity != FORCE) return quantity == COMPRESSION ? q[D] : q[W];
+    return is_at_rest(o, t) ? force_at_rest(o) : integrated_force(o, q[D], q[W]);
+}
+
+static State integrated_state(Integrated *o, double t)
+{
+    double q[QUANTITIES];
+    integrated_at(o, t, q);
+    double v_ball = o->v_ball + q[GAINED], x_ball = o->x_ball + (o->v_ball * t + q[MOVED]);
+    double force = is_at_rest(o, t) ? force_at_rest(o) : integrated_force(o, q[D], q[W]);
+    return (State){force, x_ball + q[D], x_ball, v_ball + q[W], v_ball, q[D]};
+}
+
+static double integrated_impulse(Integrated *o, double begin, double width)
+{
+    double first[QUANTITIES], last[QUANTITIES], end = begin + width, half = 0.5 * width, sum = 0.0;
+    integrated_at(o, end, last);
+    if (!o->count) return NAN;
+    const PanelStart at = panel_at(o, end)->at;
+    if (width < SHORT_OF_PANEL * (at.end - at.begin)) {
+        for (int n = 0; n < GAUSS_POINTS; n++)
+            sum += GAUSS_WEIGHTS[n]
+                   * integrated_value(o, FORCE, end - half * (1.0 - GAUSS_NODES[n]));
+        return half * sum;
+    }
+    integrated_at(o, begin, first);
+    /* m_ball v_ball' = F */
+    return o->p.m_ball * (last[GAINED] - first[GAINED]);
+}
