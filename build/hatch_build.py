@@ -19,7 +19,7 @@ class CustomBuildHook(BuildHookInterface):
         root = Path(self.root)
         files = {root / "LICENSE": "golf_build/LICENSE"}
         for folder, place, patterns in (
-            ("fmu_src", "golf_build/adapters", ("*.py", "host/*.py", "loader/*", "native/*")),
+            ("fmu_src", "golf_build/adapters", ("*.py", "host/*.py", "native/*")),
             ("scenarios", "golf_impact/scripts", ("*.py", "*.ipynb", "*.csv")),
         ):
             for file in chain.from_iterable(map((root / folder).glob, patterns)):

@@ -45,7 +45,6 @@ class ClubBallImpact(Adapter, Fmi3Slave, ModelExchange):
         self.__dict__.update(
             do_step=component.step,
             step_to_event=component.step_to_event,
-            setup_experiment=component.set_up,  # the standalone FMU calls it, pythonfmu3 never
             get_float64=component.reals,
             set_float64=component.set_values,
             set_time=component.set_time,

@@ -174,7 +174,7 @@ class Session:
         if model.mode == INITIALIZATION:
             model.mode = BLOCKED
             begun = self._begin(model) and not model.refused
-            # Error is the standalone FMU's. Which extreme values conflict isn't computed here.
+            # Error is the native FMU's. Which extreme values conflict isn't computed here.
             assert status == OK or (status == ERROR and (model.wild or not begun))
         else:
             assert status == (ERROR if self.is_native else OK)

@@ -16,8 +16,7 @@ from filelock import FileLock
 from hypothesis import HealthCheck, settings
 from loaded import ImpactFmu, build_fmu
 
-from golf_build import linux, native, toolchain
-from golf_build import standalone as standalone_build
+from golf_build import native
 from golf_build.system import COMPANIONS
 from golf_build.system import build as build_system
 from golf_impact.doctor import find_libpython_for
@@ -44,12 +43,12 @@ CRITERIA = (*LAW_1,)
 _LAW_2 = (1.5842497138122187, 0.9307477583617195, 22.872568440767466, 55.44873998342765)
 EXPECTED = {1: LAW_1, 2: dict(zip(CRITERIA, _LAW_2))}
 
-#: Fixtures: the FMU for each version of FMI, plain and standalone.
-FILES = ("fmu_path", "fmi3_path", "standalone_path", "standalone_fmi3_path")
+#: Fixtures: the FMU for each version of FMI, plain and native.
+FILES = ("fmu_path", "fmi3_path", "native_path", "native_fmi3_path")
 
 
-def is_standalone(path):
-    return "standalone" in path.name
+def is_native(path):
+    return "native" in path.name
 
 
 def build_native(path, fmi):
@@ -66,7 +65,6 @@ settings.register_profile("nightly", max_examples=10_000, print_blob=True, **_sl
 
 
 def pytest_addoption(parser):
-    parser.addoption("--standalone", action="store_true", help="test the standalone FMUs instead")
     parser.addoption("--native", action="store_true", help="test the native FMUs instead")
     parser.addoption("--ci", action="store_true", help="also what takes long, as .ci/run does")
 
@@ -75,7 +73,7 @@ def pytest_addoption(parser):
 #: a single processor at the end.
 SLOW = (
     "test_sweep", "test_system", "test_cli", "test_stress", "test_calibrate", "test_paths",
-    "test_explore_browser", "test_explore", "test_bench", "test_standalone", "test_interop",
+    "test_explore_browser", "test_explore", "test_bench", "test_native", "test_interop",
     "test_archives", "test_hosts", "test_native_host", "test_sweep_cluster", "test_call_order",
     "test_endurance", "test_power_law", "test_scenarios", "test_state", "test_fmi3", "test_signals",
     "test_values", "test_install", "test_exit", "test_two_ways", "test_laws", "test_launch",
@@ -100,7 +98,7 @@ def pytest_collection_modifyitems(config, items):
     # Nightly and browser tests are selected only by name, with -m.
     named = config.getoption("markexpr")
     left_out = {mark for mark in ("nightly", "browser") if mark not in named}
-    if config.getoption("--standalone") or config.getoption("--native"):
+    if config.getoption("--native"):
         left_out.add("plain")
     if not config.getoption("--ci"):
         left_out.add("ci")
@@ -137,44 +135,40 @@ def once(tmp_path_factory):
         path.parent.mkdir(parents=True, exist_ok=True)
         with FileLock(path.with_suffix(".lock")):
             if not path.exists():
-                if how.get("standalone"):
-                    require_private_python()
                 build(path, **how)
         return path
 
     return once
 
 
-def _built(name, fmi, standalone=False):
+def _built(name, fmi, in_c=False):
     """A fixture: the FMU, built from the current sources, for a version of FMI."""
 
     @pytest.fixture(scope="session")
     def path(once, request):
-        if request.config.getoption("--native") and not standalone:
+        if in_c or request.config.getoption("--native"):
+            require_native()
             return once(f"ClubBallImpact{name}.native.fmu", build_native, fmi=fmi)
-        alone = standalone or request.config.getoption("--standalone")
-        return once(f"ClubBallImpact{name}.fmu", fmi=fmi, standalone=alone)
+        return once(f"ClubBallImpact{name}.fmu", fmi=fmi)
 
     return path
 
 
 fmu_path, fmi3_path = _built("", 2), _built(".fmi3", 3)
-standalone_path = _built(".standalone", 2, standalone=True)
-standalone_fmi3_path = _built(".fmi3.standalone", 3, standalone=True)
+native_path, native_fmi3_path = _built("", 2, in_c=True), _built(".fmi3", 3, in_c=True)
 
 
 @pytest.fixture(scope="session")
 def system_files(once):
     """A function that returns Swing.fmu, Launch.fmu, BallFlight.fmu and GolfSwing.ssp."""
 
-    def system_files(standalone=False):
-        name = "system standalone" if standalone else "system"
-        folder = once(name, build_system, standalone=standalone)
-        suffix = standalone_build.SUFFIX if standalone else ""
-        return [
-            *(folder / f"{name}{suffix}.fmu" for name in COMPANIONS),
-            folder / f"GolfSwing{suffix}.ssp",
-        ]
+    def system_files(in_c=False):
+        if in_c:
+            require_native()
+        folder = once("native system" if in_c else "system", build_system, native=in_c)
+        suffix = native.SUFFIX if in_c else ""
+        files = [folder / f"{name}.fmu" for name in COMPANIONS]
+        return [*files, folder / f"GolfSwing{suffix}.ssp"]
 
     return system_files
 
@@ -269,14 +263,10 @@ def run_importer(tool, code, names, *given):
     return dict(zip(names, json.loads(line.removeprefix("values ")), strict=True))
 
 
-def require_private_python():
-    """Skip where there is no libpython or no compiler; with them a build may not fail."""
-    try:
-        toolchain.tool(toolchain.TARGETS[standalone_build.this_platform()], "cc")
-        toolchain.headers()
-        linux.libpython()
-    except toolchain.StandaloneError as error:
-        pytest.skip(str(error))
+def require_native():
+    """Skip where native FMUs can't be built: without ziglang and without a C compiler."""
+    if native.fewer_platforms() and shutil.which("cc") is None:
+        pytest.skip(native.advice())
 
 
 def some(few, values, more=None):

@@ -20,9 +20,7 @@ from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 
-from golf_build import standalone as standalone_build
 from golf_build import system
-from golf_build.archive import write_archive
 from golf_build.packaging import packaged
 from golf_impact.errors import UserError, first_line, unknown_name
 from golf_impact.fmu import builder_of
@@ -31,10 +29,9 @@ from golf_impact.runs import ImpactRuns, Named
 Entered = TypeVar("Entered", bound="LoadedFmu")
 
 
-def build_fmu(out, fmi=2, standalone=False, pythons=None):
-    """Build ClubBallImpact.fmu, plain or standalone."""
-    files = builder_of(fmi=fmi).files()
-    return write_archive(out, standalone_build.standalone(files, pythons) if standalone else files)
+def build_fmu(out, fmi=2):
+    """Build ClubBallImpact.fmu."""
+    return builder_of(fmi=fmi).build(out)
 
 
 def build_plain_fmu(script, folder):
@@ -167,7 +164,7 @@ class LoadedFmu:
         self._initialize(self.slave, values, start_time)
 
     def end_initialization(self) -> None:
-        """Begin to step; refusals are messages, for which the standalone FMU returns Error."""
+        """Begin to step; refusals are messages, for which the native FMU returns Error."""
         try:
             self.slave.exitInitializationMode()
         except FMICallException as error:

@@ -526,8 +526,8 @@ def test_bad_input_stops_a_solver(make):
 @pytest.mark.parametrize("bad", [{"exponent": 2.0}, {"k": math.inf}, {"k": 1e300, "m_club": 1e-9}])
 @pytest.mark.parametrize("kind", ["ModelExchange", "CoSimulation"])
 def test_bad_start_values_end_the_initialization(extracted, bad, kind, request):
-    # The standalone FMU returns Error; pythonfmu3 can't, so there the first event ends the run.
-    alone = request.config.getoption("--standalone")
+    # The native FMU returns Error; pythonfmu3 can't, so there the first event ends the run.
+    alone = request.config.getoption("--native")
     with pytest.raises(Exception, match="fmi3ExitInitializationMode" if alone else "terminat"):
         fmpy.simulate_fmu(extracted, fmi_type=kind, start_values=bad, use_event_mode=True)
 

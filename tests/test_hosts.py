@@ -15,7 +15,7 @@ import fmpy
 import pytest
 from command import run as run_process
 from compare import assert_close
-from conftest import CRITERIA, EXPECTED, FILES, LAW_2_CONTACT, is_standalone, repeated
+from conftest import CRITERIA, EXPECTED, FILES, LAW_2_CONTACT, is_native, repeated
 
 
 def tool(name):
@@ -44,10 +44,10 @@ def run(libpython):
 
 
 @pytest.fixture(scope="module")
-def systems(system_files, standalone_path):
-    """The companions, plain and standalone."""
+def companions(system_files):
+    """Swing, Launch and BallFlight."""
     tool("fmusim")
-    return system_files()[:-1], system_files(standalone=True)[:-1]
+    return system_files()[:-1]
 
 
 # fmusim
@@ -63,7 +63,7 @@ def simulate(run, tmp_path):
         words += [word for name in outputs for word in ("--output-variable", name)]
         out = tmp_path / "out.csv"
         words += ["--interface-type", kind, "--output-file", out, *options, fmu]
-        done = run(program, *words, alone=is_standalone(fmu), code=code)
+        done = run(program, *words, alone=is_native(fmu), code=code)
         rows = csv.DictReader(out.read_text().splitlines())
         return [{name: float(row[name]) for name in row} for row in rows], done
 
@@ -123,7 +123,7 @@ def test_fmusim_event_mode(request, simulate, path, early):
     events = [now for now, then in pairwise(times) if now == then]
     # pythonfmu3 drops early return; an event has a row before it and one after.
     touch = 0.005 / 35.0
-    expected = [touch, touch + LAW_2_CONTACT] if early and is_standalone(fmu) else []
+    expected = [touch, touch + LAW_2_CONTACT] if early and is_native(fmu) else []
     assert events == pytest.approx(expected, rel=1e-15)
 
 
@@ -131,9 +131,9 @@ def test_fmusim_event_mode(request, simulate, path, early):
 def test_fmusim_shows_a_refused_start_value(request, simulate, path):
     fmu = request.getfixturevalue(path)
     message = "k = -1.0 N/m is refused: it must be a finite number > 0"
-    # Error from the standalone ones, Discard from the plain one for FMI 3.0; fmusim takes the
+    # Error from the native ones, Discard from the plain one for FMI 3.0; fmusim takes the
     # Discard of FMI 2.0 for the end of the simulation.
-    code = 3 if is_standalone(fmu) else 2 if path == "fmi3_path" else 0
+    code = 3 if is_native(fmu) else 2 if path == "fmi3_path" else 0
     _, done = simulate(fmu, code=code, k=-1)
     assert message in done.stderr + done.stdout
     if path == "fmu_path":
@@ -152,9 +152,8 @@ def test_fmusim_goes_on_from_a_state_file(request, simulate, tmp_path, path):
     assert_close(rows[-1], EXPECTED[2], tolerance=1e-12)
 
 
-@pytest.mark.parametrize("standalone", [False, True])
-def test_fmusim_runs_the_companions(systems, simulate, standalone):
-    for fmu in systems[standalone]:
+def test_fmusim_runs_the_companions(companions, simulate):
+    for fmu in companions:
         rows, _ = simulate(fmu, "--stop-time", "1", "--output-interval", "1e-3")
         assert len(rows) == 1001
         # Another sum of steps: the same to rounding error.
@@ -210,8 +209,8 @@ PAIRS = {
     "FMI 2.0": ("fmu_path", "fmu_path"),
     "FMI 3.0": ("fmi3_path", "fmi3_path"),
     "both": ("fmu_path", "fmi3_path"),
-    "standalone": ("standalone_path", "standalone_fmi3_path"),
-    "plain and standalone": ("standalone_path", "fmu_path", "fmi3_path", "standalone_fmi3_path"),
+    "native": ("native_path", "native_fmi3_path"),
+    "plain and native": ("native_path", "fmu_path", "fmi3_path", "native_fmi3_path"),
 }
 
 
@@ -226,11 +225,10 @@ def test_several_at_once(request, host, names, times):
 
 
 @pytest.mark.parametrize("times", repeated(1, 5, 20))
-def test_companions_at_once(systems, fmu_path, host, times):
-    plain, alone = systems
+def test_companions_at_once(companions, fmu_path, native_path, host, times):
     for _ in range(times):
-        for fmus in ([*plain, fmu_path, *plain], alone, [*plain, *alone]):
-            assert host("mix", *fmus)[-1] == "closed"
+        for fmu in (fmu_path, native_path):
+            assert host("mix", *companions, fmu, *companions)[-1] == "closed"
 
 
 def test_threads(request, host):
@@ -243,11 +241,11 @@ def test_threads(request, host):
 
 
 @pytest.mark.parametrize("times", repeated(3, 15, 50))
-def test_reload(request, host, systems, times):
-    host("reload", times, *files(request), *systems[0], *systems[1])
+def test_reload(request, host, companions, times):
+    host("reload", times, *files(request), *companions)
 
 
-def test_in_a_host_without_python(request, host, systems):
+def test_in_a_host_without_python(request, host):
     for task in ("run", "state"):
         host(task, *files(request, FILES[2:]), alone=True)
-    host("mix", *files(request, FILES[2:]), *systems[1], alone=True)
+    host("mix", *files(request, FILES[2:]), alone=True)

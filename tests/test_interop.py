@@ -149,7 +149,7 @@ def _toolbox(command, *arguments):
 
 
 @pytest.mark.importers
-@pytest.mark.parametrize("path", ["fmu_path", "fmi3_path", "standalone_path"])
+@pytest.mark.parametrize("path", ["fmu_path", "fmi3_path", "native_path"])
 def test_fmutool_finds_it_compliant(request, path):
     output = _toolbox("fmutool", "-check", "-input", request.getfixturevalue(path))
     assert f"seems to be compliant with FMI-{'3' if path == 'fmi3_path' else '2'}.0" in output

@@ -15,7 +15,7 @@ import subprocess
 import sys
 import tempfile
 import uuid
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -72,12 +72,38 @@ _MINGW = {"mingw-w64.txt": "lib/libc/mingw/COPYING"}
 
 #: In FMI 2.0 the two for macOS are one universal file.
 TARGETS = (
-    Target("x86_64-linux-gnu.2.17", ".so", {2: "linux64", 3: "x86_64-linux"}, ("Linux", "x86_64"), {}),
+    Target(
+        "x86_64-linux-gnu.2.17", ".so", {2: "linux64", 3: "x86_64-linux"}, ("Linux", "x86_64"), {}
+    ),
     Target("aarch64-linux-gnu.2.17", ".so", {3: "aarch64-linux"}, ("Linux", "aarch64"), {}),
-    Target("x86_64-windows-gnu", ".dll", {2: "win64", 3: "x86_64-windows"}, ("Windows", "AMD64"), _ZIG | _MINGW),
-    Target("x86_64-macos.11.0", ".dylib", {2: "darwin64", 3: "x86_64-darwin"}, ("Darwin", "x86_64"), {}),
-    Target("aarch64-macos.11.0", ".dylib", {2: "darwin64", 3: "aarch64-darwin"}, ("Darwin", "arm64"), {}),
+    Target(
+        "x86_64-windows-gnu", ".dll", {2: "win64", 3: "x86_64-windows"}, ("Windows", "AMD64"),
+        _ZIG | _MINGW,
+    ),
+    Target(
+        "x86_64-macos.11.0", ".dylib", {2: "darwin64", 3: "x86_64-darwin"}, ("Darwin", "x86_64"),
+        {},
+    ),
+    Target(
+        "aarch64-macos.11.0", ".dylib", {2: "darwin64", 3: "aarch64-darwin"}, ("Darwin", "arm64"),
+        {},
+    ),
 )  # fmt: skip
+
+
+def this_machine() -> str:
+    """System and processor, as in `binaries_of`."""
+    return " ".join((platform.system(), platform.machine()))
+
+
+def binaries_of(names: Iterable[str]) -> set[str]:
+    """The machines for which an FMU has binaries, from the names of its files."""
+    machines: dict[str, set[str]] = {}
+    for target in TARGETS:
+        for folder in target.folders.values():
+            machines.setdefault(folder, set()).add(" ".join(target.machine))
+    folders = {parts[1] for parts in (name.split("/") for name in names) if parts[0] == "binaries"}
+    return set().union(*(machines.get(folder, {folder}) for folder in folders))
 
 
 def build(builder: Builder, out: Path) -> Path:
@@ -139,7 +165,7 @@ _BUILD_DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
     <SourceFileSet language="C99" compilerOptions="-ffp-contract=off">
       <SourceFile name="all.c"/>
     </SourceFileSet>
-    <Library name="m" external="true" description="The C library's mathematics, where it is a file of its own"/>
+    <Library name="m" external="true" description="C library: mathematics"/>
   </BuildConfiguration>
 </fmiBuildDescription>
 """
@@ -180,7 +206,7 @@ def _binaries(fmi: int, model: str, sources: dict[str, bytes]) -> Iterator[tuple
         path = f"binaries/{target.folders[fmi]}/{model}{target.suffix}"
         made.setdefault(path, {})[target.machine[1]] = _library(target, sources, model)
     for path, slices in made.items():
-        yield path, mach_o.universal(slices) if len(slices) > 1 else [*slices.values()][0]
+        yield path, mach_o.universal(slices) if len(slices) > 1 else next(iter(slices.values()))
 
 
 def _targets(fmi: int) -> list[Target]:

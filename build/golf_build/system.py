@@ -14,8 +14,9 @@ from golf_physics import variables
 from golf_physics.variables import Unit, Variable
 
 from golf_build import fmi2
-from golf_build import standalone as alone
 from golf_build.archive import pack, unpack, write_archive
+from golf_build.native import SUFFIX
+from golf_build.native import files as native_files
 from golf_build.packaging import HERE, Builder, fmu_source, guid_in, render
 
 if sys.version_info >= (3, 11):
@@ -136,11 +137,18 @@ class System:
         except Exception:  # zipfile raises many types for damaged files
             return None
 
-    def build(self, out: Path, standalone: bool = False, pythons: alone.Pythons = None) -> Path:
-        """Write the .ssp; OSError if it can't be."""
+    def build(self, out: Path, native: bool = False) -> Path:
+        """Write the .ssp, with a native ClubBallImpact if asked for.
+
+        Raises:
+            OSError: it can't be written.
+            NativeError: this machine can't build native FMUs.
+        """
         files = {"SystemStructure.ssd": self.structure()}
         for name, builder in self.builders().items():
-            files[f"resources/{name}.fmu"] = pack(_files(builder, standalone, pythons))
+            in_c = native and name == fmi2.BUILDER.name
+            inside = native_files(builder) if in_c else builder.files()
+            files[f"resources/{name}.fmu"] = pack(inside)
         # FMUs are compressed already.
         return write_archive(out, files, zipfile.ZIP_STORED)
 
@@ -152,22 +160,11 @@ def _guid(structure: bytes, guids: Iterable[str]) -> str:
     return "/".join((hashlib.sha256(structure).hexdigest(), *guids))
 
 
-def _files(builder: Builder, standalone: bool, pythons: alone.Pythons) -> dict[str, bytes]:
-    files = builder.files()
-    return alone.standalone(files, pythons) if standalone else files
+def build(folder: Path, native: bool = False) -> dict[str, Path]:
+    """Build the companions and the .ssp in a folder.
 
-
-def build(folder: Path, standalone: bool = False, pythons: alone.Pythons = None) -> dict[str, Path]:
-    """Build the companions and the .ssp in a folder, standalone or plain.
-
-    Returns their files by name: those of the companions, GolfSwing.
-
-    OSError: one can't be written. StandaloneError: this machine can't build standalone ones.
+    Returns their files by name: those of the companions, GolfSwing. Errors as of `System.build`.
     """
-    suffix = alone.SUFFIX if standalone else ""
-    made = {
-        name: write_archive(folder / f"{name}{suffix}.fmu", _files(builder, standalone, pythons))
-        for name, builder in COMPANIONS.items()
-    }
-    ssp = folder / f"{SYSTEM.name}{suffix}{SYSTEM.suffix}"
-    return made | {SYSTEM.name: SYSTEM.build(ssp, standalone, pythons)}
+    made = {name: builder.build(folder / f"{name}.fmu") for name, builder in COMPANIONS.items()}
+    ssp = folder / f"{SYSTEM.name}{SUFFIX if native else ''}{SYSTEM.suffix}"
+    return made | {SYSTEM.name: SYSTEM.build(ssp, native)}

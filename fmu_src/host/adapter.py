@@ -66,8 +66,7 @@ class Adapter:
         self._component.enter_initialization()
 
     def exit_initialization_mode(self):
-        # pythonfmu drops it; the standalone FMU's loader returns Error if it is false.
-        return self._component.exit_initialization()
+        self._component.exit_initialization()
 
     def terminate(self):
         self._component.terminate()

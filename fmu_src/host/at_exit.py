@@ -15,8 +15,6 @@ from .interrupts import defer_interrupts
 def prepare_process(resources: str, library: str) -> None:
     """Drop the state of this FMU's library when the process ends, and defer interrupts.
 
-    Nothing is done for the standalone FMU, whose library isn't pythonfmu's.
-
     Args:
         resources: the folder of that name in the extracted FMU.
         library: the path of the library in the folder binaries.

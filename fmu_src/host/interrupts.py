@@ -6,7 +6,9 @@ the KeyboardInterrupt of a slave for a fatal error, and the host crashes when it
 
 import re
 import threading
+from _thread import interrupt_main
 from contextlib import suppress
+from signal import SIGINT, default_int_handler, getsignal, signal
 
 #: Modules of these FMUs: each has the digest of its build in its name.
 _ours = re.compile(r"\w+_[0-9a-f]{16}(\.|$)")
@@ -21,9 +23,6 @@ def defer_interrupts() -> None:
     Takes the place of Python's own handler of SIGINT and does the same outside the FMU. It does
     nothing where a host has a handler of its own, and in threads that can't set one.
     """
-    # Not above: the standalone FMU doesn't include them.
-    from _thread import interrupt_main
-    from signal import SIGINT, default_int_handler, getsignal, signal
 
     def handle(number, frame):
         caller = frame

@@ -38,7 +38,7 @@ class Messages:
         self._queue.append(LogMsg(Fmi2Status.error, "logStatusError", text))
         if self._logger is None:
             return
-        # Not above: the standalone FMU doesn't include it.
+        # Not above: a host's Python may lack it.
         from ctypes import c_bool
 
         if c_bool.from_address(self._logger + _DEBUG_LOGGING).value:

@@ -13,8 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from golf_build.archive import unpack
-from golf_build.standalone import binaries_of
-from golf_build.toolchain import VERSION, this_machine
+from golf_build.native import binaries_of, this_machine
 from golf_impact.errors import UserError
 from golf_impact.flaws import check_temporary_folder, find_flaw, run_apart
 from golf_impact.fmu import current_fmu
@@ -53,9 +52,12 @@ print(json.dumps([{name: float(end[name]) for name in names}, deviations]))
 #: Of the relative deviation. Measured: 5.3e-16; another C library may have other last digits.
 _TOLERANCE = 1e-12
 
+#: Of this Python, whose library a native host needs for a pythonfmu FMU.
+_VERSION = f"{sys.version_info.major}.{sys.version_info.minor}"
+
 _NO_LIBPYTHON = (
-    f"none for Python {VERSION} that loads this FMU; hosts written in Python don't need it, "
-    f"others do (Debian, Ubuntu: apt-get install libpython{VERSION}; pyenv: "
+    f"none for Python {_VERSION} that loads this FMU; hosts written in Python don't need it, "
+    f"others do (Debian, Ubuntu: apt-get install libpython{_VERSION}; pyenv: "
     "PYTHON_CONFIGURE_OPTS=--enable-shared pyenv install; conda has it)"
 )
 
@@ -92,8 +94,7 @@ def examine(fmu: Path | None = None) -> Iterator[tuple[str, str]]:
         yield "ok" if worst <= _TOLERANCE else "problem", f"FMU: {text}"
     files = unpack(fmu)
     yield "ok", f"FMU: it has binaries for {', '.join(sorted(binaries_of(files)))}"
-    with_python = any("/golf-python-" in name for name in files)
-    if with_python or not any(re.match(r"resources/.*\.py$", name) for name in files):
+    if not any(re.match(r"resources/.*\.py$", name) for name in files):
         yield "ok", "native hosts: this FMU needs nothing of Python"
     elif sys.platform == "win32":
         yield "ok", f"native hosts: set PATH={sys.base_prefix};%PATH%  (python3.dll is there)"

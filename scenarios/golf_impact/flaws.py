@@ -11,9 +11,8 @@ import fmpy
 
 from golf_build.archive import SUMS, checksums, unpack
 from golf_build.fmi2 import BUILDER
+from golf_build.native import binaries_of, this_machine
 from golf_build.packaging import guid_in
-from golf_build.standalone import binaries_of
-from golf_build.toolchain import this_machine
 from golf_impact.errors import UserError, first_line
 from golf_impact.runs import FLAGS, METRICS, PATH
 

@@ -106,34 +106,6 @@ static void *in_thread(void *result)
     return NULL;
 }
 
-static void model_exchange(void)
-{
-    enum { STATES = 4 };
-    static const double parts[] = {0.0, 0.5, 0.5, 1.0};
-    double x[STATES], stage[STATES], k[4][STATES], indicators[2], h = 6.010445569987614e-4 / 2000;
-    fmi3Instance c = make(0, 1, 2, 0.0);
-    bool a, b, d, e, f;
-    EXPECT(fmi3ExitInitializationMode, c);
-    EXPECT(fmi3UpdateDiscreteStates, c, &a, &b, &d, &e, &f, &stage[0]);
-    EXPECT(fmi3EnterContinuousTimeMode, c);
-    EXPECT(fmi3GetContinuousStates, c, x, STATES);
-    for (int n = 0; n < 2000; n++) {
-        for (int m = 0; m < 4; m++) {
-            for (int i = 0; i < STATES; i++) stage[i] = x[i] + (m ? parts[m] * h * k[m - 1][i] : 0);
-            EXPECT(fmi3SetTime, c, (n + parts[m]) * h);
-            EXPECT(fmi3SetContinuousStates, c, stage, STATES);
-            EXPECT(fmi3GetContinuousStateDerivatives, c, k[m], STATES);
-        }
-        for (int i = 0; i < STATES; i++)
-            x[i] += h / 6 * (k[0][i] + 2 * k[1][i] + 2 * k[2][i] + k[3][i]);
-    }
-    EXPECT(fmi3SetTime, c, 2000 * h);
-    EXPECT(fmi3SetContinuousStates, c, x, STATES);
-    EXPECT(fmi3GetEventIndicators, c, indicators, 2);
-    print_results("me", c);
-    FMU(fmi3FreeInstance, c);
-}
-
 int main(int argc, char **argv)
 {
     double results[3];
@@ -162,7 +134,6 @@ int main(int argc, char **argv)
         FMU(fmi3FreeInstance, c);
     }
     early_return();
-    model_exchange();
     fmi3Instance refused = make(0, 0, 1, 0.0);
     FMU(fmi3SetFloat64, refused, (unsigned[]){VR_k}, 1, (double[]){-1.0}, 1);
     printf("refused %d\n", FMU(fmi3ExitInitializationMode, refused) == fmi3Error && errors > 0);

@@ -1,0 +1,331 @@
+"""The native FMU: bits of the Python physics, platforms, sources, hosts without Python."""
+
+import math
+import os
+import random
+import re
+import shutil
+import struct
+import sys
+import zipfile
+from pathlib import Path
+
+import fmpy
+import pytest
+from command import golf_here, outputs, refused, run
+from conftest import EXPECTED, HEADERS, HOST_TASKS, LAW_1, LAW_2_CONTACT, repeated, some
+from fmpy.fmi1 import FMICallException
+from golf_physics.component.component import Component
+from golf_physics.variables import VARIABLES
+
+from golf_build import native
+from golf_impact.fmu import Fmu, builder_of
+
+REALS = [v.reference for v in VARIABLES if (v.causality, v.type) == ("output", "Real")]
+
+#: Smaller numbers are left over where larger ones cancel: their bits are those of no function.
+LEFT_OVER = 1e-50
+
+
+# Equal bits
+
+
+@pytest.fixture(scope="module")
+def in_c(native_path):
+    with Fmu(native_path) as fmu:
+        yield fmu
+
+
+class Both:
+    """The component in Python and an instance of the native FMU, by the same calls."""
+
+    def __init__(self, fmu, values):
+        self.refusals = []
+        self.python, self.fmu, self.c = Component(self.refusals.append), fmu, fmu.instance
+        self.c.setFMUstate(fmu._initial)
+        self.point = 0.0
+        self.python.enter_initialization()
+        self.c.setupExperiment()
+        self.c.enterInitializationMode()
+        for name, value in values.items():
+            self.set(name, value)
+        self.python.exit_initialization()
+        self.c.exitInitializationMode()
+
+    def set(self, name, value):
+        reference = [self.fmu.references[name]]
+        kind, put = ("Enumeration", "setInteger") if name == "law" else ("Real", "setReal")
+        self.python.set_values(reference, [value], kind)
+        getattr(self.c, put)(reference, [value])
+
+    def step(self, size):
+        """Whether both accept it; the sentences of a refusal are the same."""
+        self.fmu._messages.clear()
+        accepted = self.python.step(self.point, size)
+        try:
+            self.c.doStep(self.point, size)
+            status = True
+        except FMICallException:
+            status = False
+        assert status == bool(accepted)
+        if accepted:
+            self.point += size
+        else:
+            assert self.fmu._messages[-1] == str(self.refusals[-1])
+        return accepted
+
+    def compare(self):
+        python, c = self.python.reals(REALS)[: len(REALS)], self.c.getReal(REALS)
+        for reference, x, y in zip(REALS, python, c):
+            same = struct.pack("<d", x) == struct.pack("<d", y) or (math.isnan(x) and math.isnan(y))
+            assert same or max(abs(x), abs(y)) < LEFT_OVER, (reference, x, y)
+
+    def snapshot(self, packed):
+        """The states of both, through bytes if asked for, and the communication point."""
+        python, state = self.python.snapshot(), self.c.getFMUstate()
+        if packed:
+            python = Component.unpacked(Component.packed(python))
+            state = self.c.deserializeFMUState(self.c.serializeFMUState(state))
+        return python, state, self.point
+
+    def restore(self, snapshot):
+        python, state, self.point = snapshot
+        self.python.restore(python)
+        self.c.setFMUstate(state)
+
+
+def random_values(rng):
+    """Inputs and parameters: laws, exponents, COR lines, heavy damping, forces, moving balls."""
+    law = rng.choice([1, 2, 2])
+    values = {"law": law, "k": 10 ** rng.uniform(4, 8), "club_speed": rng.uniform(0.1, 70.0)}
+    values["b"] = rng.choice([0.0, 10 ** rng.uniform(-1, 4), 10 ** rng.uniform(0, 2)])
+    several = {
+        "ball_speed": rng.uniform(-20.0, 20.0), "gap": 10 ** rng.uniform(-5, -1),
+        "m_club": 10 ** rng.uniform(-2, 1), "m_ball": 10 ** rng.uniform(-2, 1),
+        "club_force": rng.choice([-1.0, 1.0]) * 10 ** rng.uniform(0, 3.5),
+    }  # fmt: skip
+    values |= {name: value for name, value in several.items() if rng.random() < 0.3}
+    if law == 2 and rng.random() < 0.6:
+        values["exponent"] = rng.choice([1.5, rng.uniform(1.0, 3.0), rng.uniform(1.0, 12.0)])
+    if law == 2 and rng.random() < 0.3:
+        values |= {"restitution_at_rest": rng.uniform(0.3, 1.0)}
+        values |= {"restitution_slope": rng.uniform(0.0, 0.004)}
+    return values
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="of another C library functions differ")
+@pytest.mark.parametrize("block", some(4, range(40), 40))
+def test_bits_are_those_of_the_python_physics(in_c, block):
+    """50 random impacts, with changes of inputs and restored states in between."""
+    for number in range(50 * block, 50 * (block + 1)):
+        rng = random.Random(number)
+        both, saved = Both(in_c, random_values(rng)), None
+        for _ in range(rng.randint(1, 12)):
+            if rng.random() < 0.3:
+                changed = {
+                    "k": 10 ** rng.uniform(4, 8), "b": 10 ** rng.uniform(-1, 3),
+                    "club_force": rng.uniform(-2e3, 2e3), "club_speed": rng.uniform(0.0, 60.0),
+                }  # fmt: skip
+                both.set(*rng.choice([*changed.items()]))
+            if rng.random() < 0.2:
+                saved = both.snapshot(packed=rng.random() < 0.5)
+            if saved and rng.random() < 0.15:
+                both.restore(saved)
+            size = rng.choice([10 ** rng.uniform(-6, -3)] * 9 + [rng.choice([1e-9, 0.01, 1.0])])
+            if both.step(size):
+                both.compare()
+
+
+# The file
+
+
+@pytest.mark.parametrize("path", ["native_path", "native_fmi3_path"])
+def test_the_file(request, path, tmp_path):
+    """Small, the same bytes at every build; libraries that need the C library alone."""
+    file, fmi = request.getfixturevalue(path), 3 if "fmi3" in path else 2
+    assert file.stat().st_size < 1e6
+    if native.fewer_platforms():
+        pytest.skip(native.advice())
+    again = native.build(builder_of(fmi=fmi), tmp_path / "again.fmu")
+    assert again.read_bytes() == file.read_bytes()
+    with zipfile.ZipFile(file) as archive:
+        files = {name: archive.read(name) for name in archive.namelist()}
+    machines = {"Linux x86_64", "Windows AMD64", "Darwin x86_64", "Darwin arm64"}
+    assert native.binaries_of(files) == machines | ({"Linux aarch64"} if fmi == 3 else set())
+    licences = {name.rpartition("/")[2] for name in files if "/licenses/" in name}
+    assert {"license.txt", "fmi-headers.txt", "zig.txt", "musl.txt", "mingw-w64.txt"} <= licences
+    for name, data in files.items():
+        if name.endswith(".dylib"):
+            assert data[:4] in (b"\xca\xfe\xba\xbe", b"\xcf\xfa\xed\xfe"), name
+            assert b"/usr/lib/libSystem.B.dylib" in data
+            assert data.count(b"@rpath/ClubBallImpact.dylib") == (2 if fmi == 2 else 1)
+
+
+def test_it_exports_nothing_but_fmi(native_path, native_fmi3_path, tmp_path):
+    if shutil.which("nm") is None:
+        pytest.skip("there is no nm on this machine")
+    for path, prefix in ((native_path, "fmi2"), (native_fmi3_path, "fmi3")):
+        folder = Path(fmpy.extract(str(path), str(tmp_path / prefix)), "binaries")
+        library = folder / ("linux64" if prefix == "fmi2" else "x86_64-linux") / "ClubBallImpact.so"
+        lines = run("nm", "-D", "--defined-only", library).stdout.splitlines()
+        assert lines
+        assert all(line.split()[-1].startswith(prefix) for line in lines)
+        needed = run("readelf", "-d", library).stdout
+        assert set(re.findall(r"NEEDED.*\[(.*?)\]", needed)) <= {"libc.so.6", "libm.so.6"}
+
+
+@pytest.mark.parametrize("path", ["native_path", "native_fmi3_path"])
+def test_its_sources_compile(request, compiled, path, tmp_path):
+    """Without a warning, in C99 alone, with a prefix for static linking."""
+    compiler = shutil.which("gcc")
+    if compiler is None:
+        pytest.skip("there is no gcc on this machine")
+    folder = fmpy.extract(str(request.getfixturevalue(path)), str(tmp_path / "fmu"))
+    flags = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O2", "-c", f"-I{HEADERS}"]
+    prefix = "FMI3" if "fmi3" in path else "FMI2"
+    named = f"-D{prefix}_FUNCTION_PREFIX=golf_", "-o", tmp_path / "all.o"
+    run(compiler, *flags, *named, Path(folder, "sources", "all.c"))
+    if shutil.which("nm"):
+        lines = run("nm", "--defined-only", "-g", tmp_path / "all.o").stdout.splitlines()
+        assert lines
+        assert all(line.split()[-1].startswith("golf_fmi") for line in lines)
+
+
+@pytest.mark.ci
+def test_fmpy_compiles_it(native_path, tmp_path):
+    copy = shutil.copy(native_path, tmp_path / "ClubBallImpact.fmu")
+    run(sys.executable, "-m", "fmpy", "compile", copy)
+    row = fmpy.simulate_fmu(copy, stop_time=1e-3, output=["smash_factor"])[-1]
+    assert row["smash_factor"] == pytest.approx(LAW_1["smash_factor"], rel=1e-13)
+
+
+def test_without_a_compiler(monkeypatch, tmp_path):
+    """One line says what is missing, and nothing is written."""
+    monkeypatch.setattr(native, "_ziglang", lambda: None)
+    monkeypatch.setattr(native.shutil, "which", lambda name: None)
+    done = golf_here("build", "--native", "--out", tmp_path / "x.fmu")
+    refused(done, "--native needs a C compiler", "ziglang")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_this_machines_compiler_builds_for_it_alone(monkeypatch, compiled, tmp_path):
+    monkeypatch.setattr(native, "_ziglang", lambda: None)
+    done = golf_here("build", "--native", "--out", tmp_path / "x.fmu", code=0)
+    assert f"For {native.this_machine()} alone" in done.stderr
+    with Fmu(tmp_path / "x.fmu") as fmu:
+        fmu.start(law=2)
+        fmu.step(0.0, 1.0)
+        assert fmu.read([*EXPECTED[2]]) == pytest.approx(EXPECTED[2], rel=1e-14)
+
+
+# Hosts
+
+
+def guid_of(folder):
+    text = Path(folder, "modelDescription.xml").read_text()
+    return re.search(r'(?:guid|instantiationToken)="([^"]+)"', text)[1]
+
+
+@pytest.fixture(scope="module")
+def bare(compiled, native_path, tmp_path_factory):
+    """Runs a task of the host in a root that has glibc, the host and the FMU alone."""
+    root, host = tmp_path_factory.mktemp("root"), compiled("host")
+    token = guid_of(fmpy.extract(str(native_path), str(root / "fmu")))
+    shutil.copy(host, root / "host")
+    listed = run("ldd", host).stdout
+    libc = next(Path(line.split()[2]) for line in listed.splitlines() if "libc.so.6" in line)
+    names = ("libc.so.6", "libm.so.6", "libdl.so.2", "libpthread.so.0")
+    for file in (*(libc.parent / name for name in names), Path("/lib64/ld-linux-x86-64.so.2")):
+        (root / file.parent.relative_to("/")).mkdir(parents=True, exist_ok=True)
+        shutil.copy(file, root / file.relative_to("/"))
+    path = os.pathsep.join((os.defpath, "/usr/sbin", "/sbin"))
+    chroot, unshare = shutil.which("chroot", path=path), shutil.which("unshare", path=path)
+    enter = [chroot] if os.geteuid() == 0 else [unshare, "--map-root-user", chroot]
+    if None in enter or run(*enter, root, "/host", code=None).returncode != 1:
+        pytest.skip("this user may not change the root folder, or there is no chroot or unshare")
+    return lambda *task: outputs(*enter, root, "/host", "/fmu", token, *task, env={})
+
+
+@pytest.mark.parametrize("task", [("impact", "1e-3"), *HOST_TASKS], ids=lambda task: task[0])
+@pytest.mark.parametrize("times", repeated(1, 5, 20)[:2])
+def test_in_a_root_with_nothing_but_libc(bare, task, times):
+    for _ in range(times):
+        assert bare(*task) == LAW_1
+
+
+def check_host3(found):
+    """What host3.c prints: threads, both laws, a restored state, early return at the events."""
+    assert found["refused"] == 1
+    # These threads round upwards.
+    in_threads = [found[f"thread_{n}"] for n in range(3)]
+    assert in_threads == pytest.approx([EXPECTED[2]["smash_factor"]] * 3, rel=1e-13)
+    assert [found["law1_S"], found["law2_S"]] == [EXPECTED[n]["smash_factor"] for n in (1, 2)]
+    assert found["event_2"] - found["event_1"] == pytest.approx(LAW_2_CONTACT, rel=1e-12)
+
+
+def test_fmi3_in_a_native_host(compiled, native_fmi3_path, tmp_path):
+    folder = fmpy.extract(str(native_fmi3_path), str(tmp_path / "ü #"))
+    check_host3(outputs(compiled("host3"), folder, guid_of(folder), env={}))
+
+
+@pytest.mark.ci
+@pytest.mark.parametrize("sanitizer", ["address,undefined"])
+def test_under_sanitizers(compiled, native_path, tmp_path, sanitizer):
+    """The calls of the C host with instances that move between threads, come and go, fork."""
+    folder = fmpy.extract(str(native_path), str(tmp_path / "fmu"))
+    library = Path(folder, "binaries", "linux64", "ClubBallImpact.so")
+    flags = ["-std=c99", "-g", "-O1", "-shared", "-fPIC", f"-fsanitize={sanitizer}"]
+    flags += ["-fno-sanitize-recover=all"]
+    run(shutil.which("gcc"), *flags, Path(folder, "sources", "all.c"), "-o", library, "-lm")
+    host = compiled("host", f"-fsanitize={sanitizer}", suffix=".sanitized")
+    for task in (("impact", "1e-6"), *HOST_TASKS):
+        env = {"PATH": os.defpath, "ASAN_OPTIONS": "detect_leaks=0"}
+        assert outputs(host, folder, guid_of(folder), *task, env=env) == LAW_1
+
+
+# Other platforms, under wine and qemu
+
+
+def _machine(name):
+    """A fixture: the folder of a machine to test on; skips without it."""
+
+    @pytest.fixture(scope="session")
+    def machine():
+        if name not in os.environ:
+            pytest.skip(f"{name} isn't set: tests/README.md has what it names")
+        return Path(os.environ[name]).resolve()
+
+    return machine
+
+
+windows, arm64 = _machine("GOLF_IMPACT_WINDOWS"), _machine("GOLF_IMPACT_ARM64")
+
+
+def close(found, expected):
+    assert found == pytest.approx(expected, rel=1e-13)
+
+
+@pytest.mark.ci
+@pytest.mark.parametrize("task", [("impact", "1e-3"), ("migrate",), ("gone", "50")])
+def test_on_windows(windows, compiled, native_path, tmp_path, task):
+    """No Python, no environment variable."""
+    by = shutil.which("x86_64-w64-mingw32-gcc-posix")
+    if by is None or native.fewer_platforms():
+        pytest.skip("there is no mingw-w64, or no ziglang, on this machine")
+    folder = fmpy.extract(str(native_path), str(tmp_path / "fmu"))
+    program = compiled("host", "-static", by=[by], libraries=["-lshell32"], suffix=".exe")
+    close(outputs(windows / "run", program, folder, guid_of(folder), *task), LAW_1)
+
+
+@pytest.mark.ci
+def test_on_arm64(arm64, compiled, native_fmi3_path, tmp_path):
+    if native.fewer_platforms():
+        pytest.skip(native.advice())
+    zig = [sys.executable, "-m", "ziglang", "cc", "-target", "aarch64-linux-gnu.2.36"]
+    folder = fmpy.extract(str(native_fmi3_path), str(tmp_path / "ü #"))
+    program = compiled("host3", by=zig, suffix=".arm64")
+    found = outputs(arm64 / "run", program, folder, guid_of(folder), env={})
+    assert found["refused"] == 1
+    for law in (1, 2):
+        assert found[f"law{law}_S"] == pytest.approx(EXPECTED[law]["smash_factor"], rel=1e-13)
+    assert found["event_2"] - found["event_1"] == pytest.approx(LAW_2_CONTACT, rel=1e-12)
