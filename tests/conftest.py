@@ -102,6 +102,8 @@ def pytest_collection_modifyitems(config, items):
     left_out = {mark for mark in ("nightly", "browser") if mark not in named}
     if config.getoption("--standalone") or config.getoption("--native"):
         left_out.add("plain")
+    if config.getoption("--native"):
+        left_out.add("model_exchange")
     if not config.getoption("--ci"):
         left_out.add("ci")
     kept, dropped = [], []
@@ -161,6 +163,12 @@ def _built(name, fmi, standalone=False):
 fmu_path, fmi3_path = _built("", 2), _built(".fmi3", 3)
 standalone_path = _built(".standalone", 2, standalone=True)
 standalone_fmi3_path = _built(".fmi3.standalone", 3, standalone=True)
+
+
+@pytest.fixture(scope="session")
+def is_native(request):
+    """Whether the FMUs are native ones: these return Error for an illegal call."""
+    return request.config.getoption("--native")
 
 
 @pytest.fixture(scope="session")

@@ -146,6 +146,7 @@ SOLVED = {name: (given, ()) for name, given in KINDS.items()}
 SOLVED |= {name: CASES[name][1:] for name in ("changes", "changes, law 2")}
 
 
+@pytest.mark.model_exchange
 @pytest.mark.parametrize(("given", "changes"), SOLVED.values(), ids=SOLVED)
 def test_solved_by_cvode_it_is_the_same_impact(extracted, fmu, given, changes):
     begin, end, names, now = 7.0, 2e-3, ("club_speed", "k", "b"), DEFAULTS | given
@@ -189,6 +190,7 @@ def test_solved_by_cvode_it_is_the_same_impact(extracted, fmu, given, changes):
     assert events == pytest.approx(sorted(jumps), rel=0.0, abs=1e-10)
 
 
+@pytest.mark.model_exchange
 @pytest.mark.parametrize("name", ["law 1", "law 2", "n = 1.6", "COR line"])
 def test_the_equations_are_those_of_the_phases(make, name):
     """At any state of the exact solution, the equations give its force and accelerations."""
@@ -245,6 +247,7 @@ def phases(make, values):
         yield model, states
 
 
+@pytest.mark.model_exchange
 def test_dependencies(make, description):
     """Those listed are those that there are, in some phase of some kind of contact."""
     structure = (*description.outputs, *description.derivatives, *description.eventIndicators)
@@ -424,6 +427,7 @@ def test_a_refused_state_stops_a_solver():
     assert "the simulation must stop" in str(messages[-1])
 
 
+@pytest.mark.model_exchange
 def test_a_club_that_sets_off_from_the_ball(make):
     """Gap 0 and no closing: nothing happens until the club's speed comes, even without an event."""
     model = begin(make(FMU3Model), 7.0, club_speed=0.0)
@@ -439,6 +443,7 @@ def test_a_club_that_sets_off_from_the_ball(make):
     assert get(model, "touch_time") == [8.0]
 
 
+@pytest.mark.model_exchange
 @pytest.mark.parametrize("rtol", [1e-4, 1e-8])
 @pytest.mark.parametrize("method", ["DOP853", "RK45"])
 @pytest.mark.parametrize(
@@ -509,6 +514,7 @@ def test_a_state_of_nothing_is_refused(make):
 # Bad input
 
 
+@pytest.mark.model_exchange
 def test_bad_input_stops_a_solver(make):
     model = begin(make(FMU3Model))
     model.setTime(0.0)
@@ -530,6 +536,7 @@ def test_bad_start_values_end_the_initialization(extracted, bad, kind, request):
         fmpy.simulate_fmu(extracted, fmi_type=kind, start_values=bad, use_event_mode=True)
 
 
+@pytest.mark.model_exchange
 def test_a_restitution_out_of_reach_stops_a_solver(make):
     line = {"law": 2, "restitution_at_rest": 0.5, "restitution_slope": 0.1}
     model = begin(make(FMU3Model), gap=0.001, **line)
@@ -562,6 +569,7 @@ def test_no_call_is_fatal(make):
         get_all(model)
 
 
+@pytest.mark.model_exchange
 def test_a_step_in_model_exchange_is_refused(make):
     slave = begin(make())
     slave.fmi3SetTime(slave.component, 0.0)
