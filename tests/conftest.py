@@ -47,7 +47,8 @@ EXPECTED = {1: LAW_1, 2: dict(zip(CRITERIA, _LAW_2))}
 FILES = ("fmu_path", "fmi3_path", "native_path", "native_fmi3_path")
 
 
-def is_native(path):
+def holds_c(path):
+    """Whether it is a native FMU."""
     return "native" in path.name
 
 
@@ -99,7 +100,7 @@ def pytest_collection_modifyitems(config, items):
     named = config.getoption("markexpr")
     left_out = {mark for mark in ("nightly", "browser") if mark not in named}
     if config.getoption("--native"):
-        left_out.add("plain")
+        left_out |= {"plain", "model_exchange"}
     if not config.getoption("--ci"):
         left_out.add("ci")
     kept, dropped = [], []
@@ -156,6 +157,12 @@ def _built(name, fmi, in_c=False):
 
 fmu_path, fmi3_path = _built("", 2), _built(".fmi3", 3)
 native_path, native_fmi3_path = _built("", 2, in_c=True), _built(".fmi3", 3, in_c=True)
+
+
+@pytest.fixture(scope="session")
+def is_native(request):
+    """Whether the FMUs are native ones: these return Error for an illegal call."""
+    return request.config.getoption("--native")
 
 
 @pytest.fixture(scope="session")

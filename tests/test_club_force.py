@@ -209,6 +209,7 @@ def test_run_impact_ends_at_separation():
     assert many["smash_factor"][1] == pushed["smash_factor"]
 
 
+@pytest.mark.model_exchange
 def test_through_the_fmus(fmu, fmi3_path):
     """FMI 2.0 and, by CVODE, Model Exchange."""
     names = ("ball_velocity", "coefficient_of_restitution", "energy_efficiency", "contact_time")

@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 import fmpy
 import pytest
 from command import run
-from conftest import EXPECTED, FILES, is_native
+from conftest import EXPECTED, FILES, holds_c
 from fmpy.validation import validate_fmu
 from golf_physics.variables import (
     CO_SIMULATION_ONLY,
@@ -64,8 +64,8 @@ def test_vdmcheck_finds_no_problem(vdmcheck, request, system_files, fmu_path, tm
 def test_its_dependencies_are_named(fmu, content):
     """The native FMU has none; every other library that a plain binary loads is in the text."""
     name = "documentation/externalDependencies.txt"
-    assert (name in content) != is_native(fmu)
-    if is_native(fmu):
+    assert (name in content) != holds_c(fmu)
+    if holds_c(fmu):
         return
     text = content[name].decode()
     binaries = b"".join(data for path, data in content.items() if path.startswith("binaries/"))
@@ -93,7 +93,7 @@ def test_the_description_is_the_table(fmu, content):
     assert not [name for name in content if name.startswith("sources/")]
     about, fmi3 = fmpy.read_model_description(str(fmu)), "fmi3" in fmu.name
     assert (about.fmiVersion, about.modelName) == ("3.0" if fmi3 else "2.0", "ClubBallImpact")
-    assert about.generationTool.startswith("golf-impact " if is_native(fmu) else "PythonFMU")
+    assert about.generationTool.startswith("golf-impact " if holds_c(fmu) else "PythonFMU")
     assert about.defaultExperiment.stopTime == "0.001"
     table = VARIABLES + MORE_VARIABLES * fmi3
     # libcosim and ecos omit an Enumeration of FMI 2.0; they support an Integer.
@@ -141,7 +141,7 @@ def test_what_only_fmi_3_describes(fmu):
     assert tuple(v.derivative.name for v in derivatives) == STATES
     assert tuple(unknown.variable.name for unknown in about.eventIndicators) == INDICATORS
     assert about.coSimulation.hasEventMode
-    assert about.coSimulation.mightReturnEarlyFromDoStep == is_native(fmu)
+    assert about.coSimulation.mightReturnEarlyFromDoStep == holds_c(fmu)
 
 
 @pytest.mark.parametrize("law", [1, 2])

@@ -15,7 +15,7 @@ import fmpy
 import pytest
 from command import run as run_process
 from compare import assert_close
-from conftest import CRITERIA, EXPECTED, FILES, LAW_2_CONTACT, is_native, repeated
+from conftest import CRITERIA, EXPECTED, FILES, LAW_2_CONTACT, holds_c, repeated
 
 
 def tool(name):
@@ -63,7 +63,7 @@ def simulate(run, tmp_path):
         words += [word for name in outputs for word in ("--output-variable", name)]
         out = tmp_path / "out.csv"
         words += ["--interface-type", kind, "--output-file", out, *options, fmu]
-        done = run(program, *words, alone=is_native(fmu), code=code)
+        done = run(program, *words, alone=holds_c(fmu), code=code)
         rows = csv.DictReader(out.read_text().splitlines())
         return [{name: float(row[name]) for name in row} for row in rows], done
 
@@ -123,7 +123,7 @@ def test_fmusim_event_mode(request, simulate, path, early):
     events = [now for now, then in pairwise(times) if now == then]
     # pythonfmu3 drops early return; an event has a row before it and one after.
     touch = 0.005 / 35.0
-    expected = [touch, touch + LAW_2_CONTACT] if early and is_native(fmu) else []
+    expected = [touch, touch + LAW_2_CONTACT] if early and holds_c(fmu) else []
     assert events == pytest.approx(expected, rel=1e-15)
 
 
@@ -133,7 +133,7 @@ def test_fmusim_shows_a_refused_start_value(request, simulate, path):
     message = "k = -1.0 N/m is refused: it must be a finite number > 0"
     # Error from the native ones, Discard from the plain one for FMI 3.0; fmusim takes the
     # Discard of FMI 2.0 for the end of the simulation.
-    code = 3 if is_native(fmu) else 2 if path == "fmi3_path" else 0
+    code = 3 if holds_c(fmu) else 2 if path == "fmi3_path" else 0
     _, done = simulate(fmu, code=code, k=-1)
     assert message in done.stderr + done.stdout
     if path == "fmu_path":

@@ -27,6 +27,13 @@
 #include "fmi3.c"
 #else
 #include "fmi2Functions.h"
+#ifdef FMI2_FUNCTION_PREFIX
+/* Some copies of that header give every function its plain name. */
+#undef fmi2FullName
+#define PREFIXED(prefix, name) prefix##name
+#define PREFIX_OF(prefix, name) PREFIXED(prefix, name)
+#define fmi2FullName(name) PREFIX_OF(FMI2_FUNCTION_PREFIX, name)
+#endif
 #include "instance.c"
 #include "fmi2.c"
 #endif

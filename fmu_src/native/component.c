@@ -118,10 +118,12 @@ typedef struct {
     fenv_t environment;
 } Host;
 
+static int is_moderate(double x) { return !x || (1e-30 < fabs(x) && fabs(x) < 1e30); }
+
 static int are_ordinary(Inputs inputs)
 {
-    return 1e-6 < inputs.k && inputs.k < 1e30 && inputs.b < 1e6 && fabs(inputs.club_speed) < 1e30
-           && fabs(inputs.club_force) < 1e30;
+    return 1e-6 < inputs.k && inputs.k < 1e30 && inputs.b < 1e6 && is_moderate(inputs.club_speed)
+           && is_moderate(inputs.club_force);
 }
 
 static Host hold(const Component *c)
@@ -132,7 +134,8 @@ static Host hold(const Component *c)
     memcpy(&p, v + INPUTS, sizeof p);
     host.is_held = !(are_ordinary((Inputs){v[0], v[1], v[2], v[3]}) && are_ordinary(c->is.inputs)
                      && 1e-6 < p.m_club && p.m_club < 1e6 && 1e-6 < p.m_ball && p.m_ball < 1e6
-                     && p.gap < 1e30 && fabs(p.ball_speed) < 1e30 && p.exponent == 1.0);
+                     && p.gap < 1e30 && is_moderate(p.ball_speed) && p.exponent == 1.0
+                     && is_moderate(c->is.impact.touch.club_speed));
     if (host.is_held) feholdexcept(&host.environment);
     return host;
 }

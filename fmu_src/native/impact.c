@@ -43,6 +43,7 @@ typedef struct {
    then a change of the club speed changes that. */
 typedef struct {
     PhaseKind phase;
+    int has_failed; /* whether the contact that follows the approach can't be computed */
     Approach approach;
     Touch touch;
     Instant begin;  /* of the last contact phase */
@@ -56,7 +57,7 @@ typedef struct {
 static void impact_copy(Impact *to, const Impact *from)
 {
     memcpy(to, from, offsetof(Impact, contact));
-    if (from->phase != APPROACH) contact_copy(&to->contact, &from->contact);
+    if (from->phase != APPROACH || from->has_failed) contact_copy(&to->contact, &from->contact);
 }
 
 /* APPROACH */
@@ -250,10 +251,10 @@ static double find_phase_end(Impact *i)
 static int begin_next_phase(Impact *i, const Parameters *p, Inputs inputs)
 {
     if (i->phase == APPROACH) {
-        begin_touch(i, p, inputs);
-        if (!contact_failure(&i->contact).reason) return 1;
-        i->phase = APPROACH;
-        return 0;
+        if (!i->has_failed) begin_touch(i, p, inputs);
+        i->has_failed = contact_failure(&i->contact).reason != FINE;
+        if (i->has_failed) i->phase = APPROACH;
+        return !i->has_failed;
     }
     if (contact_extend(&i->contact)) return 1;
     if (contact_failure(&i->contact).reason) return 0;
@@ -316,6 +317,7 @@ static int change_inputs(Impact *i, const Parameters *p, Inputs before, Inputs i
     if (is_undecided(i, instant)) {
         /* The contact that has been found for a read had other inputs. */
         i->phase = APPROACH;
+        i->has_failed = 0;
         if (inputs.club_speed != before.club_speed) change_speed(i, p, inputs.club_speed, instant);
         return 1;
     }
