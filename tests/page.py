@@ -1,4 +1,4 @@
-"""The page of `golf-impact explore` for tests: its file, its physics in node, a browser that opens it."""
+"""The page of `golf-impact explore` for tests: its physics in node, a browser that opens it."""
 
 import base64
 import json
@@ -13,14 +13,16 @@ from selenium.webdriver.support.ui import Select, WebDriverWait
 
 from golf_impact.explore.page import page, write_page
 
-#: In node, without a document: states, results and paths of cases, or why they are refused.
+#: In node, without a document: results and paths of cases, or why they are refused.
 _NODE = """
-const fs = require("fs"), [html, cases] = process.argv.slice(1).map((file) => fs.readFileSync(file, "utf8"))
-const part = (id) => html.match(new RegExp(`id="${id}">(.*?)</script>`, "s"))[1], facts = JSON.parse(part("facts"))
-const {Physics, Refused} = new Function(`${html.match(/<script type="module">(.*?)const get = /s)[1]}; return {Physics, Refused}`)()
+const [html, cases] = process.argv.slice(1).map((file) => require("fs").readFileSync(file, "utf8"))
+const part = (id) => html.match(new RegExp(`id="${id}">(.*?)</script>`, "s"))[1]
+const facts = JSON.parse(part("facts")), start = {}
+for (const name in facts.inputs) start[name] = facts.inputs[name].start
+const script = html.match(/<script type="module">(.*?)const get = /s)[1]
+const Physics = new Function(`${script}; return Physics`)()
 const module = new WebAssembly.Module(Buffer.from(part("physics"), "base64"))
 const physics = new Physics(new WebAssembly.Instance(module).exports, facts)
-const start = Object.fromEntries(Object.entries(facts.inputs).map(([name, {start}]) => [name, start]))
 console.log(JSON.stringify(JSON.parse(cases).map(({drawn, ...given}) => {
   const values = {...start, ...given}
   try {
@@ -33,7 +35,7 @@ console.log(JSON.stringify(JSON.parse(cases).map(({drawn, ...given}) => {
 
 
 def by_wasm(cases, folder):
-    """What the page computes of these cases: `metrics`, `touched`, `separated`; or `refused`."""
+    """What the page computes of these cases: `metrics`, `path` if `drawn`; or `refused`."""
     if shutil.which("node") is None:
         pytest.skip("node, which runs the page's WebAssembly, isn't installed here")
     page_file, cases_file = write_page(folder / "page.html", {}), folder / "cases.json"
@@ -46,8 +48,22 @@ def facts(text=""):
     return json.loads(re.search(r'id="facts">(.*?)</script>', text or page({}))[1])
 
 
+def chrome():
+    """Chromium without a network; it logs what the page does."""
+    chromium, helper = shutil.which("chromium"), shutil.which("chromedriver")
+    if not (chromium and helper):
+        pytest.skip("chromium and chromedriver aren't installed here")
+    options = webdriver.ChromeOptions()
+    options.binary_location = chromium
+    for argument in ("headless=new", "no-sandbox", "disable-gpu", "disable-dev-shm-usage"):
+        options.add_argument(f"--{argument}")
+    options.add_argument("--host-resolver-rules=MAP * ~NOTFOUND")
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+    return webdriver.Chrome(options=options, service=webdriver.ChromeService(helper))
+
+
 class Tab:
-    """The page in a browser; elements by id, or another CSS selector."""
+    """The page of a file in a browser; elements by id, or another CSS selector."""
 
     def __init__(self, browser, file):
         self.browser, self.file = browser, file
@@ -62,13 +78,18 @@ class Tab:
     def js(self, code, *arguments):
         return self.browser.execute_script(code, *arguments)
 
+    def each(self, css, what):
+        """A JavaScript expression of each element `x`."""
+        return self.js(
+            f"return [...document.querySelectorAll(arguments[0])].map((x) => {what})", css
+        )
+
     def cdp(self, command, **arguments):
         return self.browser.execute_cdp_cmd(command, arguments)
 
     def screen(self, width, height, phone=False):
         size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": phone}
         self.cdp("Emulation.setDeviceMetricsOverride", **size)
-        self.cdp("Emulation.setTouchEmulationEnabled", enabled=phone, maxTouchPoints=1)
         return self
 
     def dark(self, on):
@@ -76,13 +97,12 @@ class Tab:
         self.cdp("Emulation.setEmulatedMedia", features=features)
         return self
 
-    def until(self, condition, seconds=20.0):
-        return WebDriverWait(self.browser, seconds, 0.05).until(lambda _: condition())
+    def until(self, condition):
+        return WebDriverWait(self.browser, 20.0, 0.05).until(lambda _: condition())
 
     def get(self, place):
-        return self.browser.find_element(
-            "css selector", f"#{place}" if place.isidentifier() else place
-        )
+        css = f"#{place}" if place.isidentifier() else place
+        return self.browser.find_element("css selector", css)
 
     def value(self, place):
         return self.get(place).get_property("value")
@@ -113,37 +133,7 @@ class Tab:
         Select(self.get(place)).select_by_value(value)
         return self
 
-    def visible(self, css):
-        """The ids of those that can be seen."""
-        script = "return [...document.querySelectorAll(arguments[0])]"
-        return self.js(f"{script}.filter((x) => x.checkVisibility()).map((x) => x.id)", css)
-
-    def results(self):
-        """Printed texts by output, and numbers in SI units; None where there is none."""
-        rows = self.js(
-            "return [...document.querySelectorAll('data')].map((x) => [x.dataset.name, x.textContent, x.value])"
-        )
-        return {name: text for name, text, _ in rows}, {
-            name: float(x) if x else None for name, _, x in rows
-        }
-
-    def pdf(self, width, height):
-        """Printed: the number of sheets."""
-        printed = self.cdp(
-            "Page.printToPDF", paperWidth=width, paperHeight=height, preferCSSPageSize=False
-        )
+    def sheets(self, width, height):
+        """The number of printed sheets of this size, inches."""
+        printed = self.cdp("Page.printToPDF", paperWidth=width, paperHeight=height)
         return len(re.findall(rb"/Type /Page\b", base64.b64decode(printed["data"])))
-
-
-def chrome():
-    """Chromium without a network; it logs what the page does."""
-    chromium, helper = shutil.which("chromium"), shutil.which("chromedriver")
-    if not (chromium and helper):
-        pytest.skip("chromium and chromedriver aren't installed here")
-    options = webdriver.ChromeOptions()
-    options.binary_location = chromium
-    for argument in ("headless=new", "no-sandbox", "disable-gpu", "disable-dev-shm-usage", "disable-background-networking",
-                     "host-resolver-rules=MAP * ~NOTFOUND"):  # fmt: skip
-        options.add_argument(f"--{argument}")
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-    return webdriver.Chrome(options=options, service=webdriver.ChromeService(helper))

@@ -22,7 +22,6 @@ function setText(element, text) { if (element.textContent != text) element.textC
 const symbolOf = (text) => text.replace(/[µμ]/g, "u").replace(/[.·*\s]/g, "")
 const sizeOf = (unit) => unit ? facts.symbols[symbolOf(unit)][1] : 1
 const unitOf = ({unit}) => facts.speeds.includes(unit) ? get("unit").value : unit
-const fromSi = (quantity, value) => Number((value / sizeOf(unitOf(quantity))).toPrecision(6))
 const digits = (value, size) => Number((value / size).toPrecision(6))
 
 // The value of a text in SI units, of a number without a unit in `unit`; throws Refused.
@@ -56,16 +55,12 @@ const isSimple = () => get("level").value == "simple"
 const opening = () => facts.opening[get("level").value]
 const presetOf = (kind, values) => facts[kind].find((one) => Object.entries(one.values).every(([name, value]) => values[name] == value))
 
-function evaluate(values) {
-  const result = physics.impact(values)
-  return {values, ...result, path: physics.path(values, result)}
-}
-
 // Show the case with these values, or why it is refused at the control that is concerned.
 function request(changes, control = Object.keys(changes)[0]) {
   requested = {...requested, ...changes}
   try {
-    shown = evaluate(requested)
+    const result = physics.impact(requested)
+    shown = {values: requested, ...result, path: physics.path(requested, result)}
     refuse()
     draw()
     return true
@@ -168,7 +163,7 @@ const IDLE = {
 
 function drawControls({values}) {
   for (const [name, quantity] of quantities) {
-    const field = get(name), slider = get(`${name}_slider`), value = fromSi(quantity, values[name]), unit = unitOf(quantity), why = IDLE[name]?.(values)
+    const field = get(name), slider = get(`${name}_slider`), unit = unitOf(quantity), value = digits(values[name], sizeOf(unit)), why = IDLE[name]?.(values)
     // What is being typed stays.
     if (name != typing) field.value = value
     if (slider) {
@@ -354,12 +349,12 @@ function openBeside(values, beside, name) {
 
 // DOWNLOADS: files are made here. Columns are in SI units.
 
-function csv(columns) {
-  const cell = (x) => typeof x == "string" ? `"${x.replaceAll('"', '""')}"` : x
-  const units = {time: "s", ...facts.units, club_momentum: "kg.m/s", ball_momentum: "kg.m/s", total_momentum: "kg.m/s"}
-  const names = Object.keys(columns), head = names.map((name) => units[name] ?? (name.endsWith("_energy") && "J")).map((unit, n) => unit && unit != "1" ? `${names[n]} (${unit})` : names[n])
-  const rows = columns[names[0]].map((_, n) => names.map((name) => cell(columns[name][n])))
-  return [head, ...rows].map((row) => `${row}\n`).join("")
+function csv(columns, rows) {
+  // Of an impact without separation some results don't exist.
+  const cell = (x) => typeof x == "string" ? `"${x.replaceAll('"', '""')}"` : Number.isNaN(x) ? "" : x
+  const likeOf = (name) => name.endsWith("_energy") ? "kinetic_energy" : name.endsWith("_momentum") ? "momentum" : name == "time" ? "touch_time" : name
+  const head = columns.map((name) => [facts.units[likeOf(name)]].filter((unit) => unit && unit != "1").reduce((text, unit) => `${text} (${unit})`, name))
+  return [head, ...rows.map((row) => columns.map((name) => cell(row[name])))].map((row) => `${row}\n`).join("")
 }
 function svg(name) {
   const copy = charts[name].svg.cloneNode(true)
@@ -367,8 +362,11 @@ function svg(name) {
   return new XMLSerializer().serializeToString(place(copy, {xmlns: "http://www.w3.org/2000/svg", width: 2 * WIDTH, height: 2 * HEIGHT}))
 }
 function download(choice) {
-  const names = ["name", "query", ...facts.metrics], rows = pins.map((one) => ({...one.metrics, name: one.name, query: one.query}))
-  const text = choice == "path.csv" ? csv(shown.path) : choice == "pins.csv" ? csv(Object.fromEntries(names.map((name) => [name, rows.map((row) => row[name])]))) : svg(choice.replace(".svg", ""))
+  const {path} = shown, names = Object.keys(path), tables = {
+    "path.csv": () => csv(names, path.time.map((_, n) => Object.fromEntries(names.map((name) => [name, path[name][n]])))),
+    "pins.csv": () => csv(["name", "query", ...facts.metrics], pins.map((one) => ({...one.metrics, name: one.name, query: one.query}))),
+  }
+  const text = tables[choice]?.() ?? svg(choice.replace(".svg", ""))
   tag("a", {href: URL.createObjectURL(new Blob([text])), download: `golf-impact-${choice}`}).click()
 }
 
@@ -440,12 +438,12 @@ function listen() {
     const {name, values, beside} = facts.examples[button.value]
     openBeside(values, beside, name.split(" | ")[0])
   }
-  document.querySelectorAll("#tasks a").forEach((link, n) => link.onclick = (event) => {
+  for (const link of document.querySelectorAll("#tasks a")) link.onclick = (event) => {
     event.preventDefault()
     setLevel("simple")
-    openBeside(facts.opening.simple, facts.opening.simple, facts.tasks[n])
+    openBeside(facts.opening.simple, facts.opening.simple, link.textContent)
     scrollTo(0, 0)
-  })
+  }
   for (const button of document.querySelectorAll("button[value=worksheet], button[value=key]")) button.onclick = () => printSheet(button.value)
   get("level").onchange = changeLevel
   get("undo").onclick = undo
@@ -478,10 +476,9 @@ setDark(matchMedia("(prefers-color-scheme: dark)").matches)
 const bytes = Uint8Array.from(atob(get("physics").textContent), (character) => character.charCodeAt(0))
 physics = new Physics((await WebAssembly.instantiate(bytes)).instance.exports, facts)
 makePictures()
-requested = opening()
-shown = evaluate(requested)
 if (isNarrow.matches) for (const group of document.querySelectorAll("#controls details")) group.open = false
-draw()
+// It stays where the address is refused.
+request(opening())
 openAddress()
 setUnit()
 listen()

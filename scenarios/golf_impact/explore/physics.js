@@ -67,6 +67,7 @@ class Physics {
     }
     const m = Object.fromEntries(this.facts.metrics.map((name) => [name, this.read(name)])), touched = this.read("touched") == 1
     const work = values.club_force ? values.club_force * (this.read("club_position") - values.ball_speed * m.touch_time) : 0
+    for (const name of this.facts.undefined[separated ? "separated" : touched ? "touched" : "apart"]) m[name] = NaN
     const {m_club, m_ball, club_speed, ball_speed, ball_diameter} = values
     const before = m_club * club_speed + m_ball * ball_speed, energy = energyOf(m_club, club_speed) + energyOf(m_ball, ball_speed)
     Object.assign(m, {
@@ -86,7 +87,7 @@ class Physics {
     const contact = separated ? metrics.contact_time : touched ? 10 * half : half, end = nice(1.15 * contact), lead = 0.1 * end
     const shares = Array.from({length: WITHIN}, (_, n) => 0.5 * (1 - Math.cos(Math.PI * (n + 1) / WITHIN)))
     const points = Array.from({length: BEFORE}, (_, n) => n / BEFORE * lead)
-    points.push(...[-1e-6, 1e-6, ...shares].map((share) => lead + share * contact), lead + metrics.time_of_max_force)
+    points.push(...[-1e-6, 1e-6, ...shares].map((share) => lead + share * contact), lead + (metrics.time_of_max_force || 0))
     points.push(...Array.from({length: AFTER}, (_, n) => lead + contact + (n + 1) / AFTER * (end - contact)))
     const times = [...new Set(points)].sort((a, b) => a - b)
     if (times.length < BEFORE + WITHIN + AFTER || times.at(-1) + lead == times.at(-1))
