@@ -48,8 +48,8 @@ def build() -> dict[str, bytes]:
     """
     found = importlib.util.find_spec("ziglang")
     if found is None or importlib.metadata.version("ziglang") != ZIGLANG:
-        command = install_command("native")
-        raise WasmError(f"the page's WebAssembly needs ziglang {ZIGLANG} for its bytes: {command}")
+        needs = f"the page's WebAssembly needs ziglang {ZIGLANG} for its bytes"
+        raise WasmError(f"{needs}: {install_command('native')}")
     zig = Path(str(found.origin)).parent
     sources = {file.name: file.read_bytes() for file in fmu_source("native").glob("*.[ch]")}
     sources["variables.h"] = header(2, "").encode()

@@ -1,7 +1,7 @@
 // Pictures: SVG in a box of fixed size that CSS scales, on screen and on paper. Colours and dashes are classes in page.css.
 const WIDTH = 360, HEIGHT = 206, LEFT = 44, RIGHT = 346, TOP = 8, BOTTOM = 168
 
-// Axes: label, unit and its size in SI; a speed has the unit that the user chose. What is above a picture's data for its note.
+// Axes: label, unit and its size in SI; a speed has the unit that the user chose.
 const AXES = {
   time: ["time since touch", "µs", 1e-6], force: ["force", "kN", 1e3], compression: ["compression", "mm", 1e-3], energy: ["energy", "J", 1],
   momentum: ["momentum", "N·s", 1], velocity: ["velocity", "speed"], position: ["position", "mm", 1e-3], ratio: ["S, COR", "", 1],
@@ -9,7 +9,7 @@ const AXES = {
 const bodies = (what) => [[`club_${what}`, "club", "club"], [`ball_${what}`, "ball", "ball"]]
 const energies = ["ball", "spring", "club", "lost"].map((name) => [`${name}_energy`, name, name])
 
-// By name: title, axes, columns with their class and label, what is filled (below a line, or areas upon each other).
+// By name: title, axes, columns with class and label, what is filled (below a line, or areas upon each other), room above the data.
 const CHARTS = {
   force: {title: "Contact force", x: "time", y: "force", columns: [["force", "ball", ""]], fill: "area", margin: 1.2},
   loop: {title: "Force over compression", x: "compression", y: "force", columns: [["force", "ball", ""]], fill: "area", margin: 1.2},
@@ -59,8 +59,7 @@ class Chart {
     }
   }
 
-  // `data` and those of pins: columns by name, SI units. `x` and `y`: label, unit and its size. `note` is in the picture, `words`
-  // describe it.
+  // `data` and the `path` of pins: columns by name, SI. `x`, `y`: label, unit and its size. `note` is in the picture, `words` describe it.
   draw({data, pins = [], x, y, note = "", words = ""}) {
     const [, , width] = x, [, , height] = y
     const scaled = (columns) => {
@@ -69,14 +68,14 @@ class Chart {
       return {across: columns[this.x].map((value) => value / width), up: this.columns.map(([name]) => columns[name].map(up))}
     }
     Object.assign(this, scaled(data))
-    const others = this.fill == "stack" ? [] : pins.map(({color, data: columns}) => ({color, ...scaled(columns)}))
+    const others = this.fill == "stack" ? [] : pins.map(({color, path}) => ({color, ...scaled(path)}))
     const all = [this, ...others], heights = all.flatMap(({up}) => up.flat()), widths = all.flatMap(({across}) => across)
     const low = Math.min(0, ...heights), range = [low < 0 ? -nice(-this.margin * low) : 0, nice(this.margin * Math.max(0, ...heights))]
     const domain = this.x == "compression" ? [0, nice(1.02 * Math.max(...widths))] : [Math.min(...widths, Infinity), Math.max(...widths, -Infinity)]
     if (!(domain[1] > domain[0])) domain.splice(0, 2, 0, 1)
-    const text = [domain, range, x, y].join()
-    if (text != this.drawn) this.drawAxes(domain, range, x, y)
-    if (text != this.drawn || pins != this.drawnPins) this.drawPins(others)
+    const text = [domain, range, x, y].join(), hasNewAxes = text != this.drawn
+    if (hasNewAxes) this.drawAxes(domain, range, x, y)
+    if (hasNewAxes || pins != this.drawnPins) this.drawPins(others)
     Object.assign(this, {drawn: text, drawnPins: pins})
     this.drawLines()
     this.note.textContent = note

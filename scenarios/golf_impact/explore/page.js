@@ -72,9 +72,10 @@ function request(changes, control = Object.keys(changes)[0]) {
 }
 function change(changes) {
   const before = shown.values
-  if (!request(changes)) return
+  if (!request(changes)) return false
   past.push(before)
   get("undo").disabled = false
+  return true
 }
 function undo() {
   const now = JSON.stringify(shown.values)
@@ -125,7 +126,7 @@ function openAddress() {
     requested = shown.values
     refuse(error.message, error.about)
   }
-  if (ignored.length) setText(get("hint"), `Ignored in the address: ${ignored.join(", ")}. Loft, clubs and flight are in the scenarios loft and system.`)
+  if (ignored.length) setText(get("hint"), `Ignored in the address: ${ignored.join(", ")}. Inputs are those of ClubBallImpact; loft and flight are in the scenarios loft and system.`)
 }
 
 // LEVELS: the simple one is law 2 without exponent, COR line, force, and with a ball at rest.
@@ -238,7 +239,7 @@ function draw() {
   shown.cells = drawResults(shown)
   setText(get("equations"), equations(shown))
   setText(get("hint"), !isSimple() && example?.hint || HINT)
-  setText(get("announced"), get("state").textContent || Object.values(remarks).join(" "))
+  setText(get("announced"), get("state").textContent || Object.values(remarks).filter(Boolean).join(" "))
   get("command").value = ["golf-impact run", ...[...new URLSearchParams(query())].map((pair) => pair.join("="))].join(" --set ")
   setAddress()
   drawCharts()
@@ -255,7 +256,7 @@ function drawCharts(all = false) {
   const axis = (name) => name == "velocity" ? speed : AXES[name]
   for (const name in charts) if (name != "sweep" && isVisible(name) && (all || !isNarrow.matches || get("picture").value == name)) {
     const {x, y} = CHARTS[name], words = notes[name] ?? (name == "energies" ? `${lost} are lost.` : "")
-    charts[name].draw({data: path, pins: pins.map(({color, path: data}) => ({color, data})), x: axis(x), y: axis(y), note: notes[name], words})
+    charts[name].draw({data: path, pins, x: axis(x), y: axis(y), note: notes[name], words})
   }
   moveCursor()
   // Heavy damping takes a millisecond an impact: the sweep follows when nothing has changed for a moment.
@@ -388,8 +389,7 @@ function setQuantity({type, target: {name, type: kind, value}}) {
   try {
     const quantity = quantities.get(name), changes = {[name]: quantity ? read(quantity, value, unitOf(quantity)) : Number(value)}
     if (sliding == name) request(changes)
-    else change(changes)
-    sliding = kind == "range" ? name : null
+    else if (change(changes) && kind == "range") sliding = name
   } catch (error) {
     if (!(error instanceof Refused)) throw error
     refuse(error.message, name)

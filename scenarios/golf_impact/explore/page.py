@@ -115,7 +115,7 @@ def _facts(values: Mapping[str, float], own: Ball | None) -> dict[str, Any]:
         "balls": [_ball(one) for one in balls.values()],
         "examples": [_example(**row) for row in _DATA["examples"]],
         "opening": {level: _case(**row) for level, row in _DATA["opening"].items()},
-        "case": _START | values if values else None,
+        "case": {**_START, **values} if values else None,
         **{name: _DATA[name] for name in ("sweeps", "equations", "simple")},
     }
 
@@ -128,12 +128,12 @@ def _quantity(name: str, **row: Any) -> dict[str, Any]:
 
 def _ball(ball: Ball) -> dict[str, Any]:
     shown = {key: vars(ball)[key] for key in ("name", "title", "source", "speeds", "limits")}
-    return {**shown, "values": {name: _START[name] for name in _CONTACT} | ball.values}
+    return {**shown, "values": {name: _START[name] for name in _CONTACT, **ball.values}
 
 
 def _case(ball: str = "", **values: float) -> dict[str, float]:
     """All inputs and parameters of a case of page.toml."""
-    return _START | (BALLS[ball].values if ball else {}) | values
+    return {**_START, **(BALLS[ball].values if ball else {}), **values}
 
 
 def _example(
