@@ -110,7 +110,9 @@ def test_one_file_that_needs_nothing_else():
     assert {name: one["start"] for name, one in facts()["inputs"].items()} == DEFAULTS
 
 
+@pytest.mark.ci
 def test_the_wasm_is_made_from_these_sources():
+    """Byte for byte; zig's first run takes a minute."""
     wasm = pytest.importorskip("golf_build.wasm", reason="the sources in C aren't here")
     try:
         made = wasm.build()

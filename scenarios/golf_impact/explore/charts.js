@@ -51,7 +51,7 @@ class Chart {
     this.names = this.columns.map(([, , label]) => make("text", {class: "name"}, label))
     this.note = make("text", {class: "name", x: LEFT + 6, y: TOP + 13})
     this.cursor = make("line", {class: "cursor", y1: TOP, y2: BOTTOM})
-    const parts = [this.axes, this.area, ...this.lines, this.pinned, this.cursor, ...this.dots, ...this.names, this.note]
+    const parts = [this.axes, this.area, this.pinned, ...this.lines, this.cursor, ...this.dots, ...this.names, this.note]
     this.svg = make("svg", {viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img"}, ...parts)
     this.svg.onpointermove = this.svg.onpointerdown = ({clientX, clientY}) => {
       const {left, top, width, height} = this.svg.getBoundingClientRect()

@@ -411,6 +411,7 @@ function setDark(dark) {
   setText(get("dark"), dark ? "Light" : "Dark")
 }
 
+function openGroups(open) { for (const group of document.querySelectorAll("#controls details")) group.open = open }
 function printSheet(id) {
   document.body.dataset.print = id
   get(id).querySelector("details").open = true
@@ -468,7 +469,10 @@ function listen() {
     undo()
   })
   addEventListener("hashchange", () => { openAddress(); setUnit() })
-  addEventListener("beforeprint", () => drawCharts(true))
+  addEventListener("beforeprint", () => {
+    openGroups(true)
+    drawCharts(true)
+  })
   addEventListener("afterprint", () => { delete document.body.dataset.print })
 }
 
@@ -476,7 +480,7 @@ setDark(matchMedia("(prefers-color-scheme: dark)").matches)
 const bytes = Uint8Array.from(atob(get("physics").textContent), (character) => character.charCodeAt(0))
 physics = new Physics((await WebAssembly.instantiate(bytes)).instance.exports, facts)
 makePictures()
-if (isNarrow.matches) for (const group of document.querySelectorAll("#controls details")) group.open = false
+openGroups(!isNarrow.matches)
 // It stays where the address is refused.
 request(opening())
 openAddress()

@@ -128,7 +128,7 @@ def _quantity(name: str, **row: Any) -> dict[str, Any]:
 
 def _ball(ball: Ball) -> dict[str, Any]:
     shown = {key: vars(ball)[key] for key in ("name", "title", "source", "speeds", "limits")}
-    return {**shown, "values": {name: _START[name] for name in _CONTACT, **ball.values}
+    return {**shown, "values": {**{name: _START[name] for name in _CONTACT}, **ball.values}}
 
 
 def _case(ball: str = "", **values: float) -> dict[str, float]:
