@@ -145,6 +145,10 @@ def test_sliders_undo_and_levels(tab):
     check(tab.press("Undo"), **PENNER)
     check(tab.press("Reset"), law=2, b=30.0)
     assert results(tab)["coefficient_of_restitution"][1] == pytest.approx(0.8, abs=0.01)
+    # By keyboard to the first control.
+    tab.open("#law=2")
+    ActionChains(tab.browser).send_keys(Keys.TAB, Keys.ENTER, Keys.ARROW_UP).perform()
+    check(tab, law=2, k=1.01e6)
     # No contact, no separation: no results that don't exist.
     assert tab.open("#club_speed=-3").text("state").startswith("No contact")
     assert tab.open("#b=5000").text("state").startswith("No separation")

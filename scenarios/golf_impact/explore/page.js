@@ -446,6 +446,11 @@ function listen() {
     scrollTo(0, 0)
   }
   for (const button of document.querySelectorAll("button[value=worksheet], button[value=key]")) button.onclick = () => printSheet(button.value)
+  // Its hash isn't a case.
+  document.querySelector("header a").onclick = (event) => {
+    event.preventDefault()
+    get("k").focus()
+  }
   get("level").onchange = changeLevel
   get("undo").onclick = undo
   get("reset").onclick = () => { remarks = {}; change(opening()) }
