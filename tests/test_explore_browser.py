@@ -118,6 +118,12 @@ def test_fields_take_units_and_refusals_are_announced(tab):
     assert tab.type("club_speed", "95").text("club_speed_idle") == words
     tab.select("unit", "km/h").type("club_speed", "300")
     assert tab.text("club_speed_idle") == "300 km/h is more than golf has (252 km/h)."
+    # Another unit forgets what is refused; a slider has its range before its value.
+    tab.type("club_speed", "x").select("unit", "mph")
+    assert tab.value("club_speed") == "186.411"
+    assert tab.text("club_speed_refused") == ""
+    tab.open("#club_speed=50&unit=mph")
+    assert (tab.value("club_speed"), tab.value("club_speed_slider")) == ("111.847", "112")
     assert tab.select("unit", "mph").type("club_speed", "110").text("club_speed_idle") == ""
     assert tab.get("club_speed_slider").get_attribute("aria-valuetext") == "110 mph"
 

@@ -77,6 +77,12 @@ function change(changes) {
   get("undo").disabled = false
   return true
 }
+// What was refused is forgotten.
+function redraw() {
+  requested = shown.values
+  refuse()
+  draw()
+}
 function undo() {
   const now = JSON.stringify(shown.values)
   let values = past.pop()
@@ -114,6 +120,7 @@ function setAddress() {
 function openAddress() {
   const {level, unit, ...given} = Object.fromEntries([...new URLSearchParams(location.search), ...new URLSearchParams(location.hash.slice(1))])
   if (facts.speeds.includes(unit)) get("unit").value = unit
+  setUnit()
   setLevel(level == "simple" ? level : "all")
   const ignored = Object.keys(given).filter((name) => !(name in START)), names = Object.keys(given).filter((name) => name in START)
   remarks = {}
@@ -142,7 +149,7 @@ function changeLevel() {
   const hidden = ["exponent", "restitution_at_rest", "restitution_slope", "ball_speed", "club_force"]
   const kept = isSimple() ? {...Object.fromEntries(hidden.map((name) => [name, START[name]])), law: 2} : {}
   if (Object.keys(kept).some((name) => shown.values[name] != kept[name])) change(kept)
-  else request({})
+  else redraw()
 }
 
 // On a phone one picture is beside the sliders.
@@ -455,7 +462,7 @@ function listen() {
   get("undo").onclick = undo
   get("reset").onclick = () => { remarks = {}; change(opening()) }
   get("pin").onclick = () => pin()
-  get("unit").onchange = () => { setUnit(); request({}); drawPins() }
+  get("unit").onchange = () => { setUnit(); redraw(); drawPins() }
   get("over").onchange = drawSweep
   get("copy").onclick = () => {
     get("command").select()
@@ -473,7 +480,7 @@ function listen() {
     event.preventDefault()
     undo()
   })
-  addEventListener("hashchange", () => { openAddress(); setUnit() })
+  addEventListener("hashchange", openAddress)
   addEventListener("beforeprint", () => {
     openGroups(true)
     drawCharts(true)
@@ -489,7 +496,6 @@ openGroups(!isNarrow.matches)
 // It stays where the address is refused.
 request(opening())
 openAddress()
-setUnit()
 listen()
 for (const fieldset of document.querySelectorAll("fieldset:disabled")) fieldset.disabled = false
 get("undo").disabled = true
