@@ -38,7 +38,7 @@ function read(quantity, text, unit) {
   return size == 1 ? value : Number((value * size).toPrecision(15))
 }
 
-// What is said of a number that looks like one in another unit.
+// A remark on a number that looks like one in another unit; else empty.
 let remarks = {}
 function remarkOn(name, number, unit) {
   const [low, high, ...units] = facts.remarkable[name] ?? [], size = sizeOf(unit), value = number * size
@@ -77,7 +77,7 @@ function change(changes) {
   get("undo").disabled = false
   return true
 }
-// What was refused is forgotten.
+// Return to the accepted values.
 function redraw() {
   requested = shown.values
   refuse()
