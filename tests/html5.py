@@ -15,6 +15,9 @@ class _Page(HTMLParser):
         if tag not in _VOID:
             self.open.append(tag)
 
+    def handle_startendtag(self, tag, attributes):
+        self.seen.setdefault(tag, []).append(dict(attributes))
+
     def handle_endtag(self, tag):
         assert self.open.pop() == tag, self.getpos()
 

@@ -1,68 +1,139 @@
-"""The page of `golf-impact explore` for tests: its evaluator, served on this machine, exported."""
+"""The page of `golf-impact explore` for tests: its physics in node, a browser that opens it."""
 
-import contextlib
-import functools
-import http.server
-import os
-import threading
+import base64
+import json
+import re
+import shutil
 
 import pytest
-from command import golf_started
+from command import run
+from selenium import webdriver
+from selenium.webdriver import Keys
+from selenium.webdriver.support.ui import Select, WebDriverWait
 
-from golf_impact.errors import UserError
-from golf_impact.explore.cases import make_evaluator
+from golf_impact.explore.page import page, write_page
 
-
-@pytest.fixture
-def evaluator():
-    return make_evaluator()
-
-
-@contextlib.contextmanager
-def serving(*arguments, options=("--no-browser",), env=None):
-    """The command in a process of its own, and the page's address."""
-    arguments = ("explore", *options, "--port", 0, *arguments)
-    process = golf_started(*arguments, env={**os.environ, **(env or {})})
-    try:
-        yield process, process.stdout.readline().strip()
-    finally:
-        process.kill()
-        process.communicate()
-
-
-class _Quiet(http.server.SimpleHTTPRequestHandler):
-    def log_message(self, *args):
-        pass
-
-
-@contextlib.contextmanager
-def web_server(folder):
-    """The address of an exported page, in a sub-path of a server."""
-    handler = functools.partial(_Quiet, directory=folder.parent)
-    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
-        threading.Thread(target=server.serve_forever, daemon=True).start()
-        yield f"http://127.0.0.1:{server.server_port}/{folder.name}/"
-        server.shutdown()
+#: In node, without a document: results and paths of cases, or why they are refused.
+_NODE = """
+const [html, cases] = process.argv.slice(1).map((file) => require("fs").readFileSync(file, "utf8"))
+const part = (id) => html.match(new RegExp(`id="${id}">(.*?)</script>`, "s"))[1]
+const facts = JSON.parse(part("facts")), start = {}
+for (const name in facts.inputs) start[name] = facts.inputs[name].start
+const script = html.match(/<script type="module">(.*?)const get = /s)[1]
+const Physics = new Function(`${script}; return Physics`)()
+const module = new WebAssembly.Module(Buffer.from(part("physics"), "base64"))
+const physics = new Physics(new WebAssembly.Instance(module).exports, facts)
+console.log(JSON.stringify(JSON.parse(cases).map(({drawn, ...given}) => {
+  const values = {...start, ...given}
+  try {
+    const result = physics.impact(values)
+    return {...result, path: drawn && physics.path(values, result)}
+  } catch (error) {
+    return {refused: error.message, about: error.about}
+  }
+})))"""
 
 
-@pytest.fixture(scope="module")
-def local():
-    with serving() as (_, address):
-        yield address
+def by_wasm(cases, folder):
+    """What the page computes of these cases: `metrics`, `path` if `drawn`; or `refused`."""
+    if shutil.which("node") is None:
+        pytest.skip("node, which runs the page's WebAssembly, isn't installed here")
+    page_file, cases_file = write_page(folder / "page.html", {}), folder / "cases.json"
+    cases_file.write_text(json.dumps(cases))
+    return json.loads(run("node", "-e", _NODE, page_file, cases_file).stdout)
 
 
-@pytest.fixture(scope="module")
-def exported(once):
-    """The folder of an exported page."""
-    # With Bokeh, which the other tests don't need.
-    from golf_impact.explore import export as exporting
+def facts(text=""):
+    """What a page has from the project's tables."""
+    return json.loads(re.search(r'id="facts">(.*?)</script>', text or page({}))[1])
 
-    folder = once("ClubBallImpact.fmu").parent / "page"
-    try:
-        exporting.export(once("ClubBallImpact.fmu"), folder)
-    except UserError as error:
-        # Where npm is missing or its registry can't be reached; another checksum is no reason.
-        if "npm isn't there" in str(error) or "can't get" in str(error):
-            pytest.skip(str(error))
-        raise
-    return folder
+
+def chrome():
+    """Chromium without a network; it logs what the page does."""
+    chromium, helper = shutil.which("chromium"), shutil.which("chromedriver")
+    if not (chromium and helper):
+        pytest.skip("chromium and chromedriver aren't installed here")
+    options = webdriver.ChromeOptions()
+    options.binary_location = chromium
+    for argument in ("headless=new", "no-sandbox", "disable-gpu", "disable-dev-shm-usage"):
+        options.add_argument(f"--{argument}")
+    options.add_argument("--host-resolver-rules=MAP * ~NOTFOUND")
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+    return webdriver.Chrome(options=options, service=webdriver.ChromeService(helper))
+
+
+class Tab:
+    """The page of a file in a browser; elements by id, or another CSS selector."""
+
+    def __init__(self, browser, file):
+        self.browser, self.file = browser, file
+        self.dark(False).screen(1366, 768)
+
+    def open(self, address=""):
+        self.browser.get("about:blank")
+        self.browser.get(self.file.as_uri() + address)
+        self.until(lambda: self.js("return document.body?.dataset.ready") == "yes")
+        return self
+
+    def js(self, code, *arguments):
+        return self.browser.execute_script(code, *arguments)
+
+    def each(self, css, what):
+        """A JavaScript expression of each element `x`."""
+        return self.js(
+            f"return [...document.querySelectorAll(arguments[0])].map((x) => {what})", css
+        )
+
+    def cdp(self, command, **arguments):
+        return self.browser.execute_cdp_cmd(command, arguments)
+
+    def screen(self, width, height, phone=False):
+        size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": phone}
+        self.cdp("Emulation.setDeviceMetricsOverride", **size)
+        return self
+
+    def dark(self, on):
+        features = [{"name": "prefers-color-scheme", "value": "dark" if on else "light"}]
+        self.cdp("Emulation.setEmulatedMedia", features=features)
+        return self
+
+    def until(self, condition):
+        return WebDriverWait(self.browser, 20.0, 0.05).until(lambda _: condition())
+
+    def get(self, place):
+        css = f"#{place}" if place.isidentifier() else place
+        return self.browser.find_element("css selector", css)
+
+    def value(self, place):
+        return self.get(place).get_property("value")
+
+    def text(self, place):
+        return self.get(place).get_property("textContent").strip()
+
+    def type(self, place, text):
+        self.get(place).send_keys(Keys.CONTROL, "a")
+        self.get(place).send_keys(text, Keys.TAB)
+        return self
+
+    def slide(self, name, *values):
+        """As a mouse moves a slider, and leaves it."""
+        moves = """
+            const slider = document.getElementById(`${arguments[0]}_slider`)
+            const send = (type) => slider.dispatchEvent(new Event(type, {bubbles: true}))
+            for (const value of arguments[1]) { slider.value = value; send("input") }
+            send("change")"""
+        self.js(moves, name, values)
+        return self
+
+    def press(self, label):
+        self.browser.find_element("xpath", f"//button[normalize-space()='{label}']").click()
+        return self
+
+    def select(self, place, value):
+        Select(self.get(place)).select_by_value(value)
+        return self
+
+    def sheets(self, width, height):
+        """The number of printed sheets of this size, inches."""
+        printed = self.cdp("Page.printToPDF", paperWidth=width, paperHeight=height)
+        return len(re.findall(rb"/Type /Page\b", base64.b64decode(printed["data"])))

@@ -19,7 +19,7 @@ from golf_build import extras
 from golf_impact.toml import read_toml
 
 PROJECT = read_toml(ROOT / "pyproject.toml")["project"]
-EXTRAS = ("test", "calibrate", "sweep", "cluster", "explore", "interop", "native", "bench")
+EXTRAS = ("test", "calibrate", "sweep", "cluster", "interop", "native", "bench")
 
 
 def test_nothing_undeclared_is_imported():

@@ -12,10 +12,7 @@ from golf_physics.variables import VARIABLES
 
 from golf_impact.document import tables as document_tables
 
-FOLDERS = (
-    "", "fmu_src", "fmu_src/golf_physics/companions", "build", "scenarios",
-    "scenarios/golf_impact/explore", "tests",
-)  # fmt: skip
+FOLDERS = ("", "fmu_src", "fmu_src/golf_physics/companions", "build", "scenarios", "tests")
 
 
 def markdown(columns, rows):

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
 from golf_build import BY_NAME, UNITS
-
-#: Launch's angles, with the units that the page of explore has.
-_ANGLES = ("dynamic_loft", "attack_angle")
-_DEGREE = math.pi / 180.0
 
 _NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S.*)")
 
@@ -20,11 +15,11 @@ SYMBOLS = {
     symbol.replace(".", ""): (si, 1.0 / factor)
     for si, unit in UNITS.items()
     for symbol, factor in {si: 1.0, **unit.display}.items()
-} | {"rad": ("rad", 1.0), "deg": ("rad", _DEGREE), "°": ("rad", _DEGREE)}
+}
 
 #: Sizes that no golf impact has without a slip in the unit: least and largest, SI units, and the
 #: units that are probably meant.
-_REMARKABLE = {
+REMARKABLE = {
     **dict.fromkeys(("club_speed", "ball_speed"), (0.0, 70.0, ("mph", "km/h"))),
     **dict.fromkeys(("m_club", "m_ball"), (0.0, 10.0, ("g",))),
     **dict.fromkeys(("ball_diameter", "reference_compression", "gap"), (0.0, 1.0, ("mm",))),
@@ -39,8 +34,8 @@ def symbol_of(text: str) -> str:
 
 
 def unit_of(name: str) -> str:
-    """The SI unit of a variable of the FMU, or of an angle; empty if it has none."""
-    return BY_NAME[name].unit if name in BY_NAME else "rad" if name in _ANGLES else ""
+    """The SI unit of a variable of the FMU; empty if it has none."""
+    return BY_NAME[name].unit if name in BY_NAME else ""
 
 
 def _split(text: str) -> tuple[str, str]:
@@ -79,7 +74,7 @@ def si_values(texts: Iterable[str], unit: str) -> list[float]:
 def remarks(values: Mapping[str, Any], form: str = "--set {}=") -> list[str]:
     """Sentences about numbers (SI units) that look like those of another unit."""
     words = []
-    for name, (low, high, units) in _REMARKABLE.items():
+    for name, (low, high, units) in REMARKABLE.items():
         value = values.get(name, 0.0)
         if value > 0.0 and not low <= value <= high:
             given, unit = form.format(name), unit_of(name).replace(".", "·")

@@ -1,523 +1,502 @@
-// The page: what the user sets goes to evaluator.py as a request; its results fill figures and tables.
+// The page: values that the user sets go to the physics; its results fill tables and pictures, within the event that asked for them.
 const get = (id) => document.getElementById(id)
 const facts = JSON.parse(get("facts").textContent)
-const models = {}
-const model = (name) => models[name] ??= Bokeh.documents[0].get_model_by_name(name)
 const quantities = new Map(facts.quantities.map((quantity) => [quantity.name, quantity]))
+const START = Object.fromEntries(Object.entries(facts.inputs).map(([name, {start}]) => [name, start]))
 const HINT = "Move a slider, or type any number that the FMU allows, also with a unit (95mph). Point at a curve, or press Play, to see one instant in all pictures."
 const COLOURS = ["#CC79A7", "#009E73", "#D55E00", "#999933", "#882255", "#888888", "#44AA99", "#DDCC77"]
-
-// Bokeh 3.9 writes the style sheet of every part at every paint, mostly the same again, and reads CSS properties in between: each time
-// the browser computes all styles anew. Equal sheets are left alone, and properties, which are those of page.css for :root, are kept.
-function replace(path, kind, name, method) {
-  const {prototype} = Bokeh.require(path)[kind], old = prototype[name]
-  if (!old) console.warn(`Bokeh ${Bokeh.version} has no ${kind}.${name}`)
-  prototype[name] = function (...values) { return method.call(this, old, ...values) }
-}
-const properties = new Map()
-replace("core/dom", "InlineStyleSheet", "_update", function (old, css) { if (css != this.css) old.call(this, css) })
-replace("core/visuals/visual", "VisualProperties", "_get_css_value", function (old, name) {
-  const key = this.css_prefix + name
-  if (!properties.has(key)) properties.set(key, getComputedStyle(document.documentElement).getPropertyValue(key))
-  return properties.get(key)
-})
-// Nothing on the page is placed beside the element of a glyph renderer, whose place changes with every curve.
-const RENDERER = ["models/renderers/glyph_renderer", "GlyphRendererView"]
-replace(...RENDERER, "update_position", () => {})
-// Nothing is selected, muted or decimated, and no range follows data: of five glyphs of a renderer one is kept up to date.
-replace(...RENDERER, "set_data", async function () {
-  this.all_indices = this.model.view.indices
-  await this.glyph.set_data(this.model.data_source, this.all_indices)
-  await this.set_visuals()
-  this._update_masked_indices()
-})
-replace(...RENDERER, "set_visuals", async function () {
-  this.glyph.set_visuals(this.model.data_source, this.all_indices)
-  this.glyph.after_visuals()
-  await this.glyph.after_lazy_visuals()
-})
-replace(...RENDERER, "map_data", function () { this.glyph.map_data() })
-// Figures are painted from here: see `repaint`.
-replace("models/plots/plot", "PlotView", "schedule_paint", () => {})
-
-// Numbers: a request at a time, to this machine's server or to the worker; both take and return JSON.
-
-async function viaServer(body) {
-  const response = await fetch("impact", {method: "POST", body})
-  if (!response.ok) throw new Error(`the server replies with status ${response.status}`)
-  return response.text()
-}
-
-let worker = null
-const viaWorker = (body) => new Promise((resolve, reject) => {
-  worker.onmessage = ({data}) => data.failed ? reject(new Error(data.failed)) : resolve(data.result)
-  worker.onerror = (event) => reject(new Error(event.message || "worker.js or pyodide/pyodide.mjs can't be loaded"))
-  worker.postMessage(body)
-})
-const evaluate = async (request) => JSON.parse(await (facts.exported ? viaWorker : viaServer)(JSON.stringify(request)))
-
-function report(text, failed = false) {
-  get("runtime").textContent = text
-  get("runtime").classList.toggle("failed", failed)
-}
-
-async function startWorker() {
-  report("Loading Python (some 6 MB): the controls work as soon as it is there.")
-  const late = setTimeout(() => report("Python has not started within 60 s: reload the page, or try another browser.", true), 60000)
-  worker = new Worker("worker.js", {type: "module"})
-  showCheck(await evaluate({check: true}).finally(() => clearTimeout(late)))
-}
-
-function showCheck({count, worst}) {
-  const same = worst <= 1e-12, numbers = `${count} numbers agree with the FMUs' within ${worst.toExponential(1)}`
-  report(`The physics runs in ${facts.exported ? "your browser" : "golf-impact"}; ${numbers}${same ? "" : ": don't rely on them"}.`, !same)
-}
-
-function requestCheck() {
-  report("Building the FMUs if need be, and comparing the examples' numbers with theirs.")
-  request("check", {check: true}, showCheck)
-}
-
-// The newest request of a kind waits while another runs; none is queued.
-const waiting = new Map()
-let running = null
-async function run() {
-  try {
-    for (const [kind, [message, use]] of waiting) {
-      waiting.delete(kind)
-      use(await evaluate(message))
-    }
-  } catch (error) {
-    report(`No new numbers: ${error.message}. Reload the page when that is mended.`, true)
-    setReady(false)
-  }
-  running = null
-}
-function request(kind, message, use) {
-  waiting.set(kind, [message, use])
-  return running ??= run()
-}
-
-// State: the result that is shown, the values requested last, and the pins (results with name and color).
-let shown = facts.result
-let requested = {...shown.values}
-let pins = [], drawnPins = null
-const unit = () => get("unit").value
-const unitOf = (quantity) => quantity.unit in facts.speeds ? unit() : quantity.unit
-const size = (quantity) => quantity.unit in facts.speeds ? facts.speeds[unit()] : quantity.scale
-const fromSi = (quantity, value) => Number((value / size(quantity)).toPrecision(8))
-
-function setReady(ready) {
-  for (const fieldset of document.querySelectorAll("fieldset:not(.wide)")) fieldset.disabled = !ready
-  if (ready) document.body.dataset.ready = "yes"
-  else delete document.body.dataset.ready
-}
-
-// Launch and flight, more than half of the evaluation, wait until no slider moves but their own.
-function requestImpact(values = {}, shot = true) {
-  Object.assign(requested, values)
-  return request("impact", {values: requested, unit: unit(), shot: shot && !isSimple()}, (result) => show(result, Object.keys(values)[0], shot))
-}
-const requestSweep = () => request("sweep", {values: shown.values, over: get("over").value}, drawSweep)
-
-// Undo: values before each change, of a slider before it began to move.
-const past = []
-let moving = null, sweepSoon = 0
-function change(values, shot) {
-  past.push(shown.values)
-  get("undo").disabled = false
-  return requestImpact(values, shot)
-}
-function undo() {
-  const now = JSON.stringify(shown.values)
-  let values = past.pop()
-  while (past.length && JSON.stringify(values) == now) values = past.pop()
-  get("undo").disabled = !past.length
-  requestImpact(values)
-}
-
-// The simple level is law 2 without exponent and COR line.
-const SIMPLE = {...facts.defaults, law: 2}
-const isSimple = () => get("level").value == "simple"
-const opening = () => isSimple() ? SIMPLE : {...facts.defaults, ...facts.opening}
-function setLevel(level) {
-  get("level").value = document.documentElement.dataset.level = level
-  for (const option of get("picture").options) option.hidden = isSimple() && !facts.simple_pictures.includes(option.value)
-  if (get("picture").selectedOptions[0].hidden) get("picture").value = "force"
-  choosePicture()
-  // Where there is room below the few controls.
-  if (isSimple() && innerWidth >= 760) get("controls").append(get("tasks"))
-  else get("hint").after(get("tasks"))
-}
-function changeLevel() {
-  setLevel(get("level").value)
-  const hidden = ["law", "exponent", "restitution_at_rest", "ball_speed"].some((name) => shown.values[name] != SIMPLE[name])
-  if (isSimple() && hidden) change(SIMPLE)
-  else requestImpact()
-}
-const address = () => new URL(`?${shown.query}${isSimple() ? "&level=simple" : ""}`, location).href
-const setAddress = () => history.replaceState(null, "", address())
-
-// On a phone one picture is beside the sliders.
-function choosePicture() {
-  for (const picture of document.querySelectorAll(".picture")) picture.classList.toggle("chosen", picture.id == `picture_${get("picture").value}`)
-}
-
-function show(result, control, shot) {
-  for (const place of document.querySelectorAll(".refused")) place.textContent = ""
-  get("announced").textContent = result.refused || result.state || Object.values(result.remarks).join(" ")
-  if ("refused" in result) {
-    const place = get(`${result.about || control}_refused`) ?? get("hint")
-    place.textContent = result.refused
-    place.closest("details")?.setAttribute("open", "")
-    // Another control can't correct an unreadable text: the next request has the last accepted value.
-    if (result.unread) requested[result.about] = shown.values[result.about]
-    return
-  }
-  // What examples say is of controls that the simple level hasn't.
-  shown = {...result, hint: !isSimple() && result.hint || HINT}
-  if (!shot) for (const row of shown.readouts.slice(-3)) row.value = "…"
-  if (shot && !moving) setAddress()
-  draw(shot)
-  // So do S and COR over a variable.
-  clearTimeout(sweepSoon)
-  sweepSoon = setTimeout(() => shot ? requestSweep() : requestImpact(), 200)
-}
-
-// Painting: those figures in sight in which something has changed, at once, so that the next frame has them; layout, pictures out of
-// sight and the address wait until nothing has changed for a while.
-const unseen = new Set(), pending = new Set(), views = new Map()
-let frame = 0, late = 0
-
-function viewOf(figure) {
-  if (!views.has(figure)) views.set(figure, Bokeh.index.find_one(figure))
-  return views.get(figure)
-}
-
-function paintFrame() {
-  frame = 0
-  for (const figure of pending) {
-    const view = viewOf(figure)
-    if (view._invalidate_all || view._invalidated_painters.size) view.paint()
-  }
-  pending.clear()
-}
-
-const figures = () => Bokeh.documents[0].roots()
-function repaint(some = figures()) {
-  for (const figure of some) if (!unseen.has(figure)) pending.add(figure)
-  frame ||= setTimeout(paintFrame)
-  clearTimeout(late)
-  late = setTimeout(() => {
-    for (const figure of figures()) viewOf(figure).repaint()
-    setAddress()
-  }, 400)
-}
-
-// Drawing
-
-// Why a control has no effect.
-const IDLE = {
-  b: ({restitution_at_rest}) => restitution_at_rest && "no effect: the COR line determines the damping",
-  restitution_slope: ({restitution_at_rest}) => !restitution_at_rest && "no effect while COR at zero speed is 0",
-  reference_compression: ({exponent}) => exponent == 1 && "no effect while n is 1",
-}
-
-function drawControls({values, remarks}) {
-  for (const [name, quantity] of quantities) {
-    const field = get(name), slider = get(`${name}_slider`), value = fromSi(quantity, values[name]), why = IDLE[name]?.(values)
-    // What is being typed stays.
-    if (name != typing && (Number(field.value) != value || !field.value)) field.value = value
-    if (field.ariaValueNow != value) field.ariaValueNow = value
-    if (slider) slider.value = value
-    if (name in IDLE)
-      for (const control of [field, slider, get("over").querySelector(`[value=${name}]`)]) if (control) control.disabled = why
-    setText(get(`${name}_idle`), why || remarks[name] || "")
-  }
-  if (get("over").selectedOptions[0].disabled) get("over").value = "club_speed"
-  get("controls").law.value = values.law
-}
-
-// Texts are set where they have changed.
-function setText(element, text) { if (element.textContent != text) element.textContent = text }
-
-// A table of two columns: its rows are made once.
-function drawRows(table, rows) {
-  if (!table.rows.length) table.append(...rows.map(({id = "", label}) => tag("tr", {id, className: levelOf(id)},
-    tag("th", {scope: "row"}, label, tag("small")), tag("td", {}, "", tag("span"), tag("small")))))
-  rows.forEach(({meaning = "", value, printed = ""}, n) => {
-    const [small, span, other] = table.rows[n].querySelectorAll("small, span")
-    setText(small, meaning); setText(span, value); setText(other, printed)
-  })
-}
-
-function draw(shot = true) {
-  const {path, flight, ranges} = shown
-  drawControls(shown)
-  for (const id of ["ball", "club"]) get(id).value = shown[id]
-  get("command").value = shown.command || address()
-  setText(get("same"), shown.command ? "The same case as a command" : "The same case as a link (golf-impact run has no loft, attack angle and friction)")
-  setText(get("copy"), shown.command ? "Copy command" : "Copy link")
-  for (const id of ["source", "hint", "state"]) setText(get(id), shown[id])
-  setText(get("equations"), shown.equations.join("\n"))
-  drawRows(get("readouts"), shown.readouts.map((row) => ({...row, id: row.metric})))
-  const [smash, restitution, , ball] = shown.readouts
-  setText(get("summary").firstChild, `S ${smash.value}  COR ${restitution.value}  ${ball.value}`)
-  for (const name in ranges) if (shot || name != "distance" && name != "height") {
-    const all = [ranges, ...pins.map((pin) => pin.ranges)].map((ranges) => ranges[name])
-    model(`${name}_range`).setv({start: Math.min(...all.map(([low]) => low)), end: Math.max(...all.map(([, high]) => high))})
-  }
-  model("path").data = path
-  if (shot) model("flight_path").data = flight
-  if (drawnPins != pins) model("pinned").data = columns(["color", ...Object.keys({...path, ...flight})], pins.map((pin) => ({...pin, ...pin.path, ...pin.flight})))
-  drawnPins = pins
-  const top = model("force_range").end
-  model("peak").setv({x: shown.metrics.time_of_max_force, y: top, text: shown.peak})
-  model("area").setv({x: 0, y: top, text: shown.area})
-  model("velocities").left[0].axis_label = `velocity (${unit()})`
-  moveCursor()
-}
-
-const columns = (names, rows) => Object.fromEntries(names.map((name) => [name, rows.map((row) => row[name])]))
+const NO_CONTACT = "No contact: the club never reaches the ball. It must be faster than the ball."
+const NO_SEPARATION = "No separation: the bodies stay in contact (a valid result of law 1's drag)."
+// Results that an impact without separation has.
+const MAXIMA = ["max_force", "max_compression"]
 
 function tag(name, attributes, ...children) {
   const element = Object.assign(document.createElement(name), attributes)
   element.append(...children)
   return element
 }
+function setText(element, text) { if (element.textContent != text) element.textContent = text }
 
-function drawSweep({swept, over}) {
-  const quantity = quantities.get(over), scale = quantity.scale / size(quantity)
-  model("swept").data = {...swept, x: swept.x.map((value) => value / size(quantity))}
-  model("here").data = {x: [shown.values[over] / size(quantity)]}
-  model("sweep").x_range.setv({start: quantity.low * scale, end: quantity.high * scale})
-  model("sweep").below[0].axis_label = `${quantity.label} (${unitOf(quantity)})`
-  repaint([model("sweep")])
+// UNITS
+
+const symbolOf = (text) => text.replace(/[µμ]/g, "u").replace(/[.·*\s]/g, "")
+const sizeOf = (unit) => unit ? facts.symbols[symbolOf(unit)][1] : 1
+const unitOf = ({unit}) => facts.speeds.includes(unit) ? get("unit").value : unit
+const digits = (value, size) => Number((value / size).toPrecision(6))
+
+// The value of a text in SI units, of a number without a unit in `unit`; throws Refused.
+function read(quantity, text, unit) {
+  const refuse = (why) => { throw new Refused(`${quantity.name}=${text} is refused: ${why}`, quantity.name) }
+  const [, number, given] = text.trim().replace("−", "-").match(/^([-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:e[-+]?\d+)?)\s*([^\d\s,.].*)?$/i) ?? []
+  if (number == undefined) refuse(/^[-+]?\d+(,\d{3})+/.test(text.trim()) ? `write ${text.replaceAll(",", "")}` : `'${text}' is no number (e.g. 1.5)`)
+  if (/^[-+]?[1-9]\d{0,2},\d{3}$/.test(number)) refuse(`write ${number.replace(",", "")} or ${number.replace(",", ".")}`)
+  const [si, size] = given ? facts.symbols[symbolOf(given)] ?? [] : [quantity.si, sizeOf(unit)]
+  const known = () => Object.keys(facts.symbols).filter((symbol) => facts.symbols[symbol][0] == quantity.si).join(", ")
+  if (si != quantity.si) refuse(`'${given}' isn't a unit it may have: ${known() || "none"}`)
+  const value = Number(number.replace(",", "."))
+  remarks[quantity.name] = remarkOn(quantity.name, value, given ?? unit)
+  return size == 1 ? value : Number((value * size).toPrecision(15))
 }
 
-// Cursor: the sample that is nearest by some distance is shown in all pictures.
-const nearest = (distance) => shown.path.time.reduce((best, _, i) => distance(i) < distance(best) ? i : best, 0)
+// A remark on a number that looks like one in another unit; else empty.
+let remarks = {}
+function remarkOn(name, number, unit) {
+  const [low, high, ...units] = facts.remarkable[name] ?? [], size = sizeOf(unit), value = number * size
+  if (low == undefined || !(value > 0) || value >= low && value <= high) return ""
+  const meant = units.filter((other) => other != unit && number * sizeOf(other) >= low && number * sizeOf(other) <= high)
+  const limit = value < low ? `less than golf has (${digits(low, size)} ${unit})` : `more than golf has (${digits(high, size)} ${unit})`
+  return `${number} ${unit} is ${limit}.${meant.length ? ` Write ${meant.map((other) => `${number} ${other}`).join(" or ")} if you mean that.` : ""}`
+}
 
+// THE CASE: `shown` is the last accepted one, `requested` has the values asked for last.
+
+let physics, shown, requested, pins = [], past = [], sliding = null, typing = null
+const isSimple = () => get("level").value == "simple"
+const opening = () => facts.opening[get("level").value]
+const presetOf = (kind, values) => facts[kind].find((one) => Object.entries(one.values).every(([name, value]) => values[name] == value))
+
+// Show the case with these values, or why it is refused at the control that is concerned.
+function request(changes, control = Object.keys(changes)[0]) {
+  requested = {...requested, ...changes}
+  try {
+    const result = physics.impact(requested)
+    shown = {values: requested, ...result, path: physics.path(requested, result)}
+    refuse()
+    draw()
+    return true
+  } catch (error) {
+    if (!(error instanceof Refused)) throw error
+    refuse(error.message, error.about || control)
+    return false
+  }
+}
+function change(changes) {
+  const before = shown.values
+  if (!request(changes)) return false
+  past.push(before)
+  get("undo").disabled = false
+  return true
+}
+// Return to the accepted values.
+function redraw() {
+  requested = shown.values
+  refuse()
+  draw()
+}
+function undo() {
+  const now = JSON.stringify(shown.values)
+  let values = past.pop()
+  while (past.length && JSON.stringify(values) == now) values = past.pop()
+  get("undo").disabled = !past.length
+  remarks = {}
+  if (values) request(values)
+}
+
+function refuse(why = "", name = "") {
+  for (const place of document.querySelectorAll(".refused")) setText(place, place.id == `${name}_refused` ? why : "")
+  for (const one of quantities.keys()) get(one).setAttribute("aria-invalid", why != "" && one == name)
+  const place = get(`${name}_refused`)
+  place?.closest("details")?.setAttribute("open", "")
+  if (why) setText(get("hint"), place ? `Refused: see ${quantities.get(name)?.label ?? name}. The pictures show the last accepted case.` : why)
+  setText(get("announced"), why)
+}
+
+// ADDRESS: SI units, the FMU's names; at least one of them, since an empty address is the opening.
+
+function query() {
+  const changed = Object.entries(shown.values).filter(([name, value]) => value != START[name])
+  return new URLSearchParams(changed.length ? changed : [["law", 1]]).toString()
+}
+const hash = () => `#${query()}${get("unit").value == "m/s" ? "" : `&unit=${get("unit").value}`}${isSimple() ? "&level=simple" : ""}`
+let addressSoon
+function setAddress() {
+  get("address").value = location.href.replace(/[?#].*/, "") + hash()
+  // Browsers refuse frequent changes.
+  clearTimeout(addressSoon)
+  addressSoon = setTimeout(() => history.replaceState(null, "", location.pathname + hash()), 300)
+}
+
+// Open the case of the address, or else of this file, or else of the level.
+function openAddress() {
+  const {level, unit, ...given} = Object.fromEntries([...new URLSearchParams(location.search), ...new URLSearchParams(location.hash.slice(1))])
+  if (facts.speeds.includes(unit)) get("unit").value = unit
+  setUnit()
+  setLevel(level == "simple" ? level : "all")
+  const ignored = Object.keys(given).filter((name) => !(name in START)), names = Object.keys(given).filter((name) => name in START)
+  remarks = {}
+  requested = names.length ? {...START, ...isSimple() && {law: 2}} : level ? opening() : facts.case ?? opening()
+  try {
+    for (const name of names) requested = {...requested, [name]: read(quantities.get(name) ?? {name, si: ""}, given[name], quantities.get(name)?.si ?? "")}
+    request({}, names[0])
+  } catch (error) {
+    if (!(error instanceof Refused)) throw error
+    requested = shown.values
+    refuse(error.message, error.about)
+  }
+  if (ignored.length) setText(get("hint"), `Ignored in the address: ${ignored.join(", ")}. Inputs are those of ClubBallImpact; loft and flight are in the scenarios loft and system.`)
+}
+
+// LEVELS: the simple one is law 2 without exponent, COR line, force, and with a ball at rest.
+
+function setLevel(level) {
+  get("level").value = document.documentElement.dataset.level = level
+  for (const option of get("picture").options) option.hidden = option.value != "animation" && isSimple() && !facts.simple.pictures.includes(option.value)
+  if (get("picture").selectedOptions[0].hidden) get("picture").value = "force"
+  choosePicture()
+}
+function changeLevel() {
+  setLevel(get("level").value)
+  const hidden = ["exponent", "restitution_at_rest", "restitution_slope", "ball_speed", "club_force"]
+  const kept = isSimple() ? {...Object.fromEntries(hidden.map((name) => [name, START[name]])), law: 2} : {}
+  if (Object.keys(kept).some((name) => shown.values[name] != kept[name])) change(kept)
+  else redraw()
+}
+
+// On a phone one picture is beside the sliders.
+function choosePicture() {
+  for (const one of document.querySelectorAll("main > figure, #animation")) one.classList.toggle("chosen", [get("picture").value, `${get("picture").value}_figure`].includes(one.id))
+  if (shown) drawCharts()
+}
+
+// DRAWING
+
+// Why a control has no effect.
+const IDLE = {
+  b: ({restitution_at_rest}) => restitution_at_rest && "no effect: the COR line determines the damping",
+  exponent: ({law, exponent}) => law == 1 && exponent == 1 && "no effect: law 1 has n = 1",
+  restitution_at_rest: ({law, restitution_at_rest}) => law == 1 && !restitution_at_rest && "no effect: law 1 has no COR line",
+  restitution_slope: ({restitution_at_rest}) => !restitution_at_rest && "no effect while COR at zero speed is 0",
+  reference_compression: ({exponent}) => exponent == 1 && "no effect while n is 1",
+}
+
+function drawControls({values}) {
+  for (const [name, quantity] of quantities) {
+    const field = get(name), slider = get(`${name}_slider`), unit = unitOf(quantity), value = digits(values[name], sizeOf(unit)), why = IDLE[name]?.(values)
+    // What is being typed stays.
+    if (name != typing) field.value = value
+    if (slider) {
+      slider.value = value
+      slider.ariaValueText = `${value} ${unit}`.trim()
+    }
+    for (const control of [field, slider, get("over").querySelector(`[value=${name}]`)]) if (control) control.disabled = Boolean(why)
+    setText(get(`${name}_idle`), why || remarks[name] || "")
+  }
+  if (get("over").selectedOptions[0].disabled) get("over").value = "club_speed"
+  get("controls").law.value = values.law
+  const ball = presetOf("balls", values), closing = values.club_speed - values.ball_speed, [low, high] = ball?.speeds ?? []
+  get("ball").value = ball?.name ?? ""
+  const range = low && (closing < low || closing > high) ? `It holds for ${low} to ${high} m/s, not for ${digits(closing, 1)}. ` : low ? `For ${low} to ${high} m/s. ` : ""
+  setText(get("source"), ball ? `${range}${ball.limits} Source: ${ball.source}` : "")
+}
+
+// A text with numbers: {name}, {name:decimals}, {name:%}.
+const fill = (text, numbers) => text.replace(/\{(\w+)(?::(\w|%))?\}/g, (_, name, form) => {
+  const value = numbers[name]
+  return minus(form == "%" ? `${(100 * value).toFixed(1)} %` : form ? value.toFixed(Number(form)) : Number(value.toPrecision(4)))
+})
+
+// A metric as quantities.toml has it; a speed in the user's unit.
+function format({unit, factor, decimals}, value) {
+  const isSpeed = facts.speeds.includes(unit), shownUnit = isSpeed ? get("unit").value : unit
+  const text = (isSpeed ? value / sizeOf(shownUnit) : value * factor).toFixed(decimals)
+  return [minus(Number(text) ? text : text.replace("-", "")), shownUnit]
+}
+const levelOf = (metric) => facts.simple.metrics.includes(metric) ? "" : "all"
+
+function drawResults({values, metrics, touched, separated}) {
+  const {published = {}, source} = presetOf("examples", values) ?? {}
+  const cells = facts.readouts.map((row) => {
+    const {metric, factor, decimals} = row, isThere = separated || touched && MAXIMA.includes(metric)
+    const [text, unit] = isThere ? format(row, metrics[metric]) : ["–", ""]
+    const printed = isThere && metric in published ? `${source}: ${published[metric]}${row.unit && ` ${row.unit}`}` : ""
+    return {...row, text, unit, printed, value: isThere ? metrics[metric] : "", meaning: isThere ? fill(row.meaning, metrics) : ""}
+  })
+  if (!get("readouts").rows.length) get("readouts").append(...cells.map(({metric, label}) => {
+    const value = tag("data", {})
+    value.dataset.name = metric
+    return tag("tr", {className: levelOf(metric)}, tag("th", {scope: "row"}, label, tag("small")), tag("td", {}, value, tag("span"), tag("small")))
+  }))
+  cells.forEach(({text, unit, value, meaning, printed}, n) => {
+    const [small, data, span, other] = get("readouts").rows[n].querySelectorAll("small, data, span")
+    data.value = value
+    setText(data, text), setText(span, unit && ` ${unit}`), setText(small, meaning), setText(other, printed)
+  })
+  setText(get("summary").firstElementChild, `S ${cells[0].text}  COR ${cells[1].text}  ${cells[3].text} ${cells[3].unit}`)
+  setText(get("state"), separated ? "" : touched ? NO_SEPARATION : NO_CONTACT)
+  return cells
+}
+
+function equations({values, metrics, separated}) {
+  const {law, exponent, restitution_at_rest, k, club_speed, ball_speed, m_ball, m_club} = values
+  const kinds = {"": true, " linear": exponent == 1, " power": exponent != 1, " COR": restitution_at_rest, " separated": separated}
+  const lines = Object.keys(kinds).filter((kind) => kinds[kind]).flatMap((kind) => facts.equations[law + kind] ?? [])
+  const numbers = {...values, ...metrics, stiffness: k / 1e3, approach: club_speed - ball_speed, ratio: m_ball / m_club}
+  return lines.map((line) => fill(line, numbers)).join("\n")
+}
+
+const titleOf = (values) => {
+  const ball = presetOf("balls", values)
+  const own = Object.keys(values).filter((name) => values[name] != START[name] && !(name in (ball?.values ?? {})))
+  return [ball?.name, ...own.map((name) => `${name} = ${digits(values[name], 1)}`)].filter(Boolean).join(", ") || "start values"
+}
+
+function draw() {
+  const {values} = shown, example = presetOf("examples", values)
+  drawControls(shown)
+  shown.cells = drawResults(shown)
+  setText(get("equations"), equations(shown))
+  setText(get("hint"), !isSimple() && example?.hint || HINT)
+  setText(get("announced"), get("state").textContent || Object.values(remarks).filter(Boolean).join(" "))
+  get("command").value = ["golf-impact run", ...[...new URLSearchParams(query())].map((pair) => pair.join("="))].join(" --set ")
+  setAddress()
+  drawCharts()
+}
+
+const charts = {}
+const isVisible = (name) => !isSimple() || facts.simple.pictures.includes(name)
+const isNarrow = matchMedia("(max-width: 760px)")
+let sweepSoon, sweepIsFast = true
+function drawCharts(all = false) {
+  const {path, metrics: m, touched, values} = shown, lost = `${m.energy_lost.toFixed(2)} J`, speed = ["velocity", get("unit").value, sizeOf(get("unit").value)]
+  const peak = `${m.max_force.toFixed(0)} N at ${(m.time_of_max_force * 1e6).toFixed(0)} µs`
+  const notes = touched ? {force: peak, loop: values.law == 1 ? `no loop: F = k d; the drag takes ${lost}` : `loop area: ${lost}, the energy lost`} : {force: "no contact", loop: "no contact"}
+  const axis = (name) => name == "velocity" ? speed : AXES[name]
+  for (const name in charts) if (name != "sweep" && isVisible(name) && (all || !isNarrow.matches || get("picture").value == name)) {
+    const {x, y} = CHARTS[name], words = notes[name] ?? (name == "energies" ? `${lost} are lost.` : "")
+    charts[name].draw({data: path, pins, x: axis(x), y: axis(y), note: notes[name], words})
+  }
+  moveCursor()
+  // Heavy damping takes a millisecond an impact: the sweep follows when nothing has changed for a moment.
+  clearTimeout(sweepSoon)
+  if (all || sweepIsFast) drawSweep()
+  else sweepSoon = setTimeout(drawSweep, 100)
+}
+
+function drawSweep() {
+  if (!isVisible("sweep")) return
+  const over = quantities.get(get("over").value), size = sizeOf(over.unit), begin = performance.now()
+  const swept = physics.sweep(shown.values, over.name, over.low * size, over.high * size)
+  sweepIsFast = performance.now() - begin < 5
+  const here = swept.x.indexOf(shown.values[over.name]), [s, cor] = here < 0 ? ["–", "–"] : [swept.smash_factor[here].toFixed(4), swept.coefficient_of_restitution[here].toFixed(4)]
+  charts.sweep.draw({data: swept, x: [over.label, unitOf(over), sizeOf(unitOf(over))], y: AXES.ratio, words: `Over ${over.label}; here S ${s}, COR ${cor}.`})
+  charts.sweep.point(here)
+}
+
+// CURSOR: the sample that is nearest to a time is shown in all pictures.
+
+const PLAYED = 6  // s for the whole run
+const nearestTo = (time) => shown.path.time.reduce((best, t, n, all) => Math.abs(t - time) < Math.abs(all[best] - time) ? n : best, 0)
 function moveCursor() {
-  const {path} = shown, start = path.time[0], duration = path.time.at(-1) - start
-  const at = start + Number(get("scrub").value) * duration, i = nearest((i) => Math.abs(path.time[i] - at))
-  model("cursor").data = Object.fromEntries(Object.entries(path).map(([name, column]) => [name, [column[i]]]))
-  const text = (name, scale, digits, unit) => `${(path[name][i] * scale).toFixed(digits).replace("-", "−")} ${unit}`
-  drawRows(get("cursor"), Object.entries({
-    time: text("time", 1e6, 1, "µs"), force: text("force", 1, 0, "N"), compression: text("compression", 1e3, 2, "mm"),
-    club: text("club_shown", 1, 2, unit()), ball: text("ball_shown", 1, 2, unit()), played: `${Math.round(PLAYED / duration / 100) * 100} × slower`,
-  }).map(([label, value]) => ({label, value})))
-  repaint()
+  const {path, values: {ball_diameter}} = shown, start = path.time[0], duration = path.time.at(-1) - start
+  const n = nearestTo(start + Number(get("scrub").value) * duration), unit = get("unit").value
+  for (const name in charts) if (name != "sweep" && charts[name].across) charts[name].point(Math.min(n, charts[name].across.length - 1))
+  const text = (name, size, decimals, of) => `${minus((path[name][n] / size).toFixed(decimals))} ${of}`
+  const cells = Object.entries({
+    time: text("time", 1e-6, 1, "µs"), force: text("force", 1, 0, "N"), compression: text("compression", 1e-3, 2, "mm"),
+    club: text("club_velocity", sizeOf(unit), 2, unit), ball: text("ball_velocity", sizeOf(unit), 2, unit), played: `${Math.round(PLAYED / duration / 100) * 100} × slower`,
+  })
+  if (!get("cursor").rows.length) get("cursor").append(...cells.map(([label]) => tag("tr", {}, tag("th", {scope: "row"}, label), tag("td"))))
+  cells.forEach(([, value], row) => setText(get("cursor").rows[row].lastChild, value))
+  get("scrub").ariaValueText = cells[0][1]
+  // The ball is an ellipse that keeps its volume when it is compressed.
+  const [rect, ellipse] = document.querySelectorAll("#animation :is(rect, ellipse)"), width = Math.max(1 - path.compression[n] / ball_diameter, 0.02)
+  place(rect, {x: path.club_position[n] / ball_diameter - 0.72})
+  place(ellipse, {cx: path.ball_position[n] / ball_diameter + 1 - 0.5 * width, rx: 0.5 * width, ry: 0.5 / Math.sqrt(width)})
 }
-
-// Pointer or finger: the cursor goes to the nearest sample, unless the animation plays.
-function point(picture, {x, y}) {
-  if (playing()) return
-  const {time, compression, force} = shown.path, {x_range, y_range} = picture
-  const far = (i) => Math.hypot((compression[i] - x) / (x_range.end - x_range.start), (force[i] - y) / (y_range.end - y_range.start))
-  if (picture.name == "loop") x = time[nearest(far)]
-  get("scrub").value = (x - time[0]) / (time.at(-1) - time[0])
+function point(chart, x, y) {
+  if (playing() || chart.name == "sweep") return
+  const {time} = shown.path
+  get("scrub").value = (time[chart.nearest(x, y)] - time[0]) / (time.at(-1) - time[0])
   moveCursor()
 }
 
-const PLAYED = 6  // s for the whole run
 const still = matchMedia("(prefers-reduced-motion: reduce)")
 const playing = () => get("play").ariaPressed == "true"
 function play() {
   get("play").ariaPressed = !playing()
-  get("play").textContent = playing() ? "⏸ Pause" : "▶ Play"
-  const scrub = get("scrub"), begin = performance.now() / 1000 - PLAYED * scrub.value
+  setText(get("play"), playing() ? "⏸ Pause" : "▶ Play")
+  const begin = performance.now() / 1000 - PLAYED * get("scrub").value
   const frame = (now) => {
     if (!playing()) return
     const share = (now / 1000 - begin) / PLAYED % 1
     // Less motion: twelve stills.
-    scrub.value = still.matches ? Math.floor(12 * share) / 12 : share
+    get("scrub").value = still.matches ? Math.floor(12 * share) / 12 : share
     moveCursor()
     requestAnimationFrame(frame)
   }
   requestAnimationFrame(frame)
 }
 
-// Pins
+// PINS
 
 function pin(name = "") {
   if (pins.length == COLOURS.length) return
-  const color = COLOURS.find((colour) => pins.every((pin) => pin.color != colour))
-  pins = [...pins, {...shown, color, name: name || shown.title}]
+  const color = COLOURS.find((colour) => pins.every((one) => one.color != colour))
+  pins = [...pins, {...shown, color, name: name || titleOf(shown.values), query: query()}]
   drawPins()
 }
-
-const levelOf = (metric) => metric && !facts.simple.includes(metric) ? "all" : ""
 function drawPins() {
-  drawnPins = null
   get("pin").disabled = pins.length == COLOURS.length
-  const button = (label, n, click) => tag("button", {type: "button", textContent: label, ariaLabel: `${label} pin ${n}`, onclick: click})
-  const rows = pins.map((pin, n) => tag("tr", {},
-    tag("th", {scope: "row"}, tag("span", {style: `color: ${pin.color}`, ariaHidden: "true"}, "━━ "),
-      tag("input", {type: "text", value: pin.name, ariaLabel: `Name of pin ${n + 1}`, onchange: ({target}) => { pin.name = target.value }})),
-    ...pin.readouts.map(({metric, value}) => tag("td", {className: levelOf(metric)}, value)),
-    tag("td", {}, button("Reopen", n + 1, () => change(pin.values)), " ",
-      button("Remove", n + 1, () => { pins = pins.filter((other) => other != pin); drawPins(); get("pin").focus() }))))
-  const labels = [{label: "case"}, ...shown.readouts, {label: ""}]
-  const head = labels.map(({label, metric}) => tag("th", {scope: "col", className: levelOf(metric)}, label))
+  const button = (label, n, onclick) => tag("button", {type: "button", textContent: label, ariaLabel: `${label} pin ${n}`, onclick})
+  const rows = pins.map((one, n) => tag("tr", {},
+    tag("th", {scope: "row"}, tag("span", {style: `color: ${one.color}`, ariaHidden: "true"}, "━━ "),
+      tag("input", {type: "text", value: one.name, ariaLabel: `Name of pin ${n + 1}`, onchange: ({target}) => { one.name = target.value }})),
+    ...one.cells.map((row) => tag("td", {className: levelOf(row.metric)}, row.value === "" ? "–" : format(row, row.value).join(" ").trim())),
+    tag("td", {}, button("Reopen", n + 1, () => change(one.values)), " ",
+      button("Remove", n + 1, () => { pins = pins.filter((other) => other != one); drawPins(); get("pin").focus() }))))
+  const head = [{label: "case"}, ...facts.readouts, {label: "do"}].map(({label, metric}) => tag("th", {scope: "col", className: metric ? levelOf(metric) : ""}, label))
   get("pins").replaceChildren(...(pins.length ? [tag("thead", {}, tag("tr", {}, ...head)), tag("tbody", {}, ...rows)] : []))
-  draw()
+  drawCharts()
 }
 
-async function changeUnit() {
-  for (const [name, quantity] of quantities) if (quantity.unit in facts.speeds) {
-    get(`${name}_unit`).textContent = unit()
-    Object.assign(get(`${name}_slider`), {min: Math.round(quantity.low / size(quantity)), max: Math.round(quantity.high / size(quantity))})
-  }
-  for (const pin of pins) request(pin.color, {values: pin.values, unit: unit()}, (result) => Object.assign(pin, result))
-  await requestImpact()
-  drawPins()
-}
-
-async function openExample({name, values, beside}) {
-  if (beside) {
-    await requestImpact({...facts.defaults, ...beside})
-    if (!pins.some(({query}) => query == shown.query)) pin(name.split(" | ")[0])
-  }
+// Open a case, beside another one that is pinned.
+function openBeside(values, beside, name) {
+  if (beside && request(beside) && !pins.some((one) => one.query == query())) pin(name)
   change(values)
 }
 
-// Downloads: files are made in the browser. Curves and metrics are physical quantities in SI.
+// DOWNLOADS: files are made here. Columns are in SI units.
 
-function csv(columns) {
-  const cell = (x) => typeof x == "string" ? `"${x.replaceAll('"', '""')}"` : x
-  const names = Object.keys(columns).filter((name) => name in facts.units)
-  const head = names.map((name) => facts.units[name] ? `${name} (${facts.units[name]})` : name)
-  const rows = columns[names[0]].map((_, n) => names.map((name) => cell(columns[name][n])))
-  return new Blob([head, ...rows].map((row) => `${row}\n`), {type: "text/csv"})
+function csv(columns, rows) {
+  // Of an impact without separation some results don't exist.
+  const cell = (x) => typeof x == "string" ? `"${x.replaceAll('"', '""')}"` : Number.isNaN(x) ? "" : x
+  const likeOf = (name) => name.endsWith("_energy") ? "kinetic_energy" : name.endsWith("_momentum") ? "momentum" : name == "time" ? "touch_time" : name
+  const head = columns.map((name) => [facts.units[likeOf(name)]].filter((unit) => unit && unit != "1").reduce((text, unit) => `${text} (${unit})`, name))
+  return [head, ...rows.map((row) => columns.map((name) => cell(row[name])))].map((row) => `${row}\n`).join("")
+}
+function svg(name) {
+  const copy = charts[name].svg.cloneNode(true)
+  copy.prepend(make("style", {}, document.querySelector("style").textContent), get("hatches").cloneNode(true))
+  return new XMLSerializer().serializeToString(place(copy, {xmlns: "http://www.w3.org/2000/svg", width: 2 * WIDTH, height: 2 * HEIGHT}))
+}
+function download(choice) {
+  const {path} = shown, names = Object.keys(path), tables = {
+    "path.csv": () => csv(names, path.time.map((_, n) => Object.fromEntries(names.map((name) => [name, path[name][n]])))),
+    "pins.csv": () => csv(["name", "query", ...facts.metrics], pins.map((one) => ({...one.metrics, name: one.name, query: one.query}))),
+  }
+  const text = tables[choice]?.() ?? svg(choice.replace(".svg", ""))
+  tag("a", {href: URL.createObjectURL(new Blob([text])), download: `golf-impact-${choice}`}).click()
 }
 
-async function fileOf(choice) {
-  if (choice == "path.csv") return csv(shown.path)
-  if (choice == "pins.csv") return csv(columns(["name", "query", ...Object.keys(shown.metrics)], pins.map((pin) => ({...pin, ...pin.metrics}))))
-  const [name, kind] = choice.split(".")
-  return viewOf(model(name)).export(kind).to_blob()
+// CONTROLS
+
+function setUnit() {
+  for (const [name, quantity] of quantities) if (facts.speeds.includes(quantity.unit)) {
+    setText(get(`${name}_unit`), get("unit").value)
+    const size = sizeOf(get("unit").value)
+    Object.assign(get(`${name}_slider`), {min: Math.round(quantity.low / size), max: Math.round(quantity.high / size)})
+  }
 }
 
-async function download(choice) {
-  const href = URL.createObjectURL(await fileOf(choice))
-  tag("a", {href, download: `golf-impact-${choice}`}).click()
-}
-
-function setDark(dark) {
-  document.documentElement.dataset.theme = dark ? "dark" : "light"
-  properties.clear()
-  get("dark").textContent = dark ? "Light" : "Dark"
-  // Canvases are painted again to take the colours.
-  for (const figure of figures()) viewOf(figure).request_repaint()
-  repaint()
-}
-
-// Controls
-
-let typing = null
 function setQuantity({type, target: {name, type: kind, value}}) {
-  // A field is read when its text is complete, a slider while it moves.
-  if (kind == "range" && type == "change") moving = null
+  // A field is read when its text is complete, a slider while it moves: all its way is one step of undo.
+  if (kind == "range" && type == "change") sliding = null
   if (kind == "text") typing = type == "input" ? name : null
   if (!name || type != (kind == "range" ? "input" : "change")) return
-  const quantity = quantities.get(name), values = {[name]: quantity ? {text: value, unit: unitOf(quantity)} : value}
-  const shot = kind != "range" || quantity.group == "Loft and flight"
-  if (moving == name) requestImpact(values, shot)
-  else change(values, shot)
-  moving = kind == "range" ? name : null
+  try {
+    const quantity = quantities.get(name), changes = {[name]: quantity ? read(quantity, value, unitOf(quantity)) : Number(value)}
+    if (sliding == name) request(changes)
+    else if (change(changes) && kind == "range") sliding = name
+  } catch (error) {
+    if (!(error instanceof Refused)) throw error
+    refuse(error.message, name)
+  }
 }
 
 // Arrow keys step a field: by its slider's step, or by a unit of the second digit.
 function stepField(event) {
-  const {target, key} = event, {name, type, value} = target, quantity = quantities.get(name)
+  const {target, key} = event, {name, type, value} = target
   if (type != "text" || !/^Arrow(Up|Down)$/.test(key) || !Number.isFinite(Number(value))) return
   event.preventDefault()
-  const step = quantity.step ?? 10 ** Math.floor(Math.log10(Math.abs(value) || 1) - 1)
+  const step = quantities.get(name).step ?? 10 ** Math.floor(Math.log10(Math.abs(value) || 1) - 1)
   target.value = Number((Number(value) + (key == "ArrowUp" ? step : -step)).toPrecision(8))
   setQuantity({type: "change", target})
+}
+
+function setDark(dark) {
+  document.documentElement.dataset.theme = dark ? "dark" : "light"
+  setText(get("dark"), dark ? "Light" : "Dark")
+}
+
+function openGroups(open) { for (const group of document.querySelectorAll("#controls details")) group.open = open }
+function printSheet(id) {
+  document.body.dataset.print = id
+  get(id).querySelector("details").open = true
+  print()
+}
+
+function makePictures() {
+  get("picture").append(tag("option", {value: "animation"}, "Club and ball"))
+  for (const [name, kind] of Object.entries(CHARTS)) {
+    charts[name] = new Chart(name, kind, point)
+    const title = name == "sweep" ? get("sweep_over") : kind.title
+    get("sweep_over").parentElement.append(tag("figure", {id: `${name}_figure`, className: facts.simple.pictures.includes(name) ? "" : "all"}, tag("figcaption", {}, title), charts[name].svg))
+    get("picture").append(tag("option", {value: name, selected: name == "force"}, kind.title))
+    get("download").append(tag("option", {value: `${name}.svg`}, `${kind.title} (SVG)`))
+  }
 }
 
 function listen() {
   get("controls").oninput = get("controls").onchange = setQuantity
   get("controls").onkeydown = stepField
   get("controls").onfocusout = () => { typing = null }
-  for (const kind of ["ball", "club"])
-    get(kind).onchange = ({target}) => change(facts[`${kind}s`].find(({name}) => name == target.value)?.values)
-  for (const button of document.querySelectorAll("nav button")) button.onclick = () => openExample(facts.examples[button.value])
-  document.querySelectorAll("#tasks div > a").forEach((link, n) => link.onclick = (event) => {
-    const {name, values} = facts.tasks[n]
-    openExample({name, values: {...facts.defaults, ...values}, beside: values})
+  get("controls").onsubmit = (event) => event.preventDefault()
+  get("ball").onchange = ({target}) => { remarks = {}; change(facts.balls.find(({name}) => name == target.value)?.values ?? {}) }
+  for (const button of document.querySelectorAll("nav button")) button.onclick = () => {
+    const {name, values, beside} = facts.examples[button.value]
+    openBeside(values, beside, name.split(" | ")[0])
+  }
+  for (const link of document.querySelectorAll("#tasks a")) link.onclick = (event) => {
     event.preventDefault()
-  })
+    setLevel("simple")
+    openBeside(facts.opening.simple, facts.opening.simple, link.textContent)
+    scrollTo(0, 0)
+  }
+  for (const button of document.querySelectorAll("button[value=worksheet], button[value=key]")) button.onclick = () => printSheet(button.value)
+  // Its hash isn't a case.
+  document.querySelector("header a").onclick = (event) => {
+    event.preventDefault()
+    get("k").focus()
+  }
   get("level").onchange = changeLevel
   get("undo").onclick = undo
-  get("reset").onclick = () => change(opening())
+  get("reset").onclick = () => { remarks = {}; change(opening()) }
   get("pin").onclick = () => pin()
-  get("unit").onchange = changeUnit
-  get("over").onchange = requestSweep
-  get("check").onclick = requestCheck
+  get("unit").onchange = () => { setUnit(); redraw(); drawPins() }
+  get("over").onchange = drawSweep
   get("copy").onclick = () => {
     get("command").select()
     document.execCommand("copy")
-    get("hint").textContent = `The ${shown.command ? "command" : "link"} is copied.`
+    setText(get("hint"), "The command is copied.")
   }
   get("download").onchange = ({target}) => { download(target.value); target.value = "" }
-}
-
-// On paper pictures are copies in light colours: their size follows the sheet.
-let copies = [], screenTheme = "light"
-function beforePrint() {
-  screenTheme = document.documentElement.dataset.theme
-  setDark(false)
-  copies = figures().map((figure) => {
-    const view = viewOf(figure)
-    view.repaint()
-    const {canvas} = view.export("png"), {width, height} = view.bbox
-    canvas.style.aspectRatio = `${width} / ${height}`
-    canvas.className = "copy"
-    view.el.parentElement.after(canvas)
-    return canvas
-  })
-}
-function afterPrint() {
-  for (const canvas of copies) canvas.remove()
-  setDark(screenTheme == "dark")
-}
-
-async function start() {
-  while (!Bokeh.documents[0]?.is_idle) await new Promise(requestAnimationFrame)
-  const figureOf = (element) => model(element.id.replace("picture_", ""))
-  const sight = new IntersectionObserver((all) => {
-    for (const {target, isIntersecting} of all) {
-      unseen[isIntersecting ? "delete" : "add"](figureOf(target))
-      if (isIntersecting) repaint([figureOf(target)])
-    }
-  })
-  // A canvas of another size is empty.
-  const sizes = new ResizeObserver((all) => { for (const {target} of all) viewOf(figureOf(target)).repaint() })
-  for (const picture of document.querySelectorAll(".picture, #animation")) { sight.observe(picture); sizes.observe(picture) }
-  // Bokeh's layers for events are no controls.
-  for (const figure of figures()) viewOf(figure).canvas_view.events_el.tabIndex = -1
-  addEventListener("beforeprint", beforePrint)
-  addEventListener("afterprint", afterPrint)
-  setDark(matchMedia("(prefers-color-scheme: dark)").matches)
   get("dark").onclick = () => setDark(document.documentElement.dataset.theme != "dark")
   get("play").onclick = play
   get("scrub").oninput = moveCursor
   get("picture").onchange = choosePicture
-  for (const name of ["loop", "force", "energies", "momenta", "velocities", "positions"])
-    for (const event of ["mousemove", "tap"]) model(name).on_event(event, (at) => point(model(name), at))
-  if (innerWidth < 760) for (const group of document.querySelectorAll("#controls details")) group.open = false
-  const {level = "all", ...given} = Object.fromEntries(new URLSearchParams(location.search))
-  setLevel(level == "simple" ? level : "all")
-  get("tasks").open = isSimple() && innerWidth >= 760
-  draw()
-  if (facts.exported) await startWorker()
-  listen()
-  requested = Object.keys(given).length ? {...isSimple() && {law: 2}, ...given} : opening()
-  await requestImpact()
-  requested = {...shown.values}
-  setReady(true)
+  isNarrow.onchange = () => drawCharts()
+  addEventListener("keydown", (event) => {
+    if (!(event.ctrlKey || event.metaKey) || event.shiftKey || event.key != "z" || typing) return
+    event.preventDefault()
+    undo()
+  })
+  addEventListener("hashchange", openAddress)
+  addEventListener("beforeprint", () => {
+    openGroups(true)
+    drawCharts(true)
+  })
+  addEventListener("afterprint", () => { delete document.body.dataset.print })
 }
-start().catch((error) => report(`The controls don't work: ${error.message}.`, true))
+
+setDark(matchMedia("(prefers-color-scheme: dark)").matches)
+const bytes = Uint8Array.from(atob(get("physics").textContent), (character) => character.charCodeAt(0))
+physics = new Physics((await WebAssembly.instantiate(bytes)).instance.exports, facts)
+makePictures()
+openGroups(!isNarrow.matches)
+// It stays where the address is refused.
+request(opening())
+openAddress()
+listen()
+for (const fieldset of document.querySelectorAll("fieldset:disabled")) fieldset.disabled = false
+get("undo").disabled = true
+document.body.dataset.ready = "yes"

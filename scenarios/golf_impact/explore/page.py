@@ -1,41 +1,176 @@
-"""The page as files for any web server: a standalone Bokeh document and the page's own script."""
+"""The page of `golf-impact explore` as one file: markup, style, scripts, data and the physics."""
 
+import base64
 import json
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
+from urllib.parse import urlencode
 
 import jinja2
-from bokeh.embed import components
-from bokeh.util.paths import bokehjs_path
 
-from golf_impact.explore.evaluator import Evaluator
-from golf_impact.explore.pictures import THEME, Pictures
+import golf_impact
+from golf_build import BY_NAME, LAWS, VERSION
+from golf_impact import document
+from golf_impact.ball import BALLS, Ball
+from golf_impact.errors import UserError
+from golf_impact.files import write
+from golf_impact.measured import ROH_LEE_FIGURES
+from golf_impact.quantities import (
+    QUANTITIES,
+    Quantity,
+    format_shortest,
+    format_unit,
+    format_value,
+    undefined_results,
+)
+from golf_impact.runs import METRICS, PATH
+from golf_impact.toml import read_toml
+from golf_impact.units import REMARKABLE, SYMBOLS, symbol_of
+
+_HERE = Path(__file__).parent
+_DATA = read_toml(_HERE / "page.toml")
+_UNITS = QUANTITIES | {name: Quantity(*row) for name, row in _DATA["units"].items()}
+_INPUTS = {row.name: row for row in BY_NAME.values() if row.start is not None}
+_START = {name: float(row.start or 0.0) for name, row in _INPUTS.items()}
+
+#: The variables that define a ball, if its file doesn't have more.
+_CONTACT = (
+    "law", "k", "b", "exponent", "reference_compression",
+    "restitution_at_rest", "restitution_slope",
+)  # fmt: skip
+
+#: In the file, so that no other one is replaced.
+GENERATOR = "golf-impact explore"
 
 
-def page_files(evaluator: Evaluator, exported: bool = False) -> dict[str, bytes]:
-    """Files of the page by name.
+def write_page(path: Path, values: Mapping[str, float], own: Ball | None = None) -> Path:
+    """Write the page into a file.
 
     Args:
-        evaluator: computes the numbers that are in the pictures when the page opens.
-        exported: numbers come from worker.js, instead of POST /impact.
+        path: an .html file; its folder is made if necessary.
+        values: inputs and parameters of the case with which it opens (SI units; start values for
+            the others); empty: that of its first level.
+        own: a ball beside the presets.
+
+    Raises:
+        UserError: the file can't be written, or is another one than such a page.
     """
-    facts = evaluator.facts
-    opening = evaluator({"values": facts["opening"]})
-    carried = {**facts, "result": opening, "exported": exported}
-    script, figures = components(Pictures(opening).figures, wrap_script=False, theme=THEME)
+    if path.is_file() and f'content="{GENERATOR}"' not in path.read_text("utf-8", "replace"):
+        raise UserError(f"{path} isn't a page of {GENERATOR}: it stays; choose another name")
+    return write(path, page(values, own))
+
+
+def page(values: Mapping[str, float], own: Ball | None = None) -> str:
+    """The text of the page; see `write_page`."""
+    facts = _facts(values, own)
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
-    page, worksheet = (
-        environment.from_string(Path(__file__).with_name(name).read_text("utf-8"))
-        for name in ("page.html", "worksheet.html")
+    return environment.from_string(_read("page.html")).render(
+        facts=facts,
+        # Nothing in a script element may end it.
+        data=json.dumps(facts, allow_nan=False, ensure_ascii=False).replace("<", "\\u003c"),
+        tasks=[_task(**row) for row in _DATA["tasks"]],
+        start=_in_words(_START | _DATA["opening"]["simple"]),
+        generator=GENERATOR,
+        notices=_read("physics.txt"),
+        style=_read("page.css"),
+        script="\n".join(_read(f"{name}.js") for name in ("physics", "charts", "page")),
+        wasm=base64.b64encode((_HERE / "physics.wasm").read_bytes()).decode(),
     )
-    # Nothing in a script element may end it.
-    data = json.dumps(carried, allow_nan=False).replace("<", "\\u003c")
-    shown = page.render(facts=facts, data=data, script=script, figures=figures)
+
+
+def _read(name: str) -> str:
+    return (_HERE / name).read_text("utf-8")
+
+
+def _facts(values: Mapping[str, float], own: Ball | None) -> dict[str, Any]:
+    """What the scripts take from the project's tables."""
+    balls = {**BALLS, own.name: own} if own else BALLS
     return {
-        "index.html": shown.encode(),
-        "worksheet.html": worksheet.render(facts=facts).encode(),
-        **{
-            name: Path(__file__).with_name(name).read_bytes()
-            for name in ("page.js", "page.css", "worker.js")
+        "version": VERSION,
+        "inputs": {
+            name: {"reference": row.reference, "start": _START[name]}
+            for name, row in _INPUTS.items()
         },
-        "bokeh.min.js": Path(bokehjs_path(), "js", "bokeh.min.js").read_bytes(),
+        "outputs": {row.name: row.reference for row in BY_NAME.values() if row.start is None},
+        "metrics": METRICS,
+        "path": PATH,
+        "undefined": {
+            "separated": [*undefined_results(True, True)],
+            "touched": [*undefined_results(True, False)],
+            "apart": [*undefined_results(False, False)],
+        },
+        "units": {row.name: row.unit for row in BY_NAME.values()},
+        "symbols": {symbol: [format_unit(si), size] for symbol, (si, size) in SYMBOLS.items()},
+        "speeds": ["m/s", "mph", "km/h"],
+        "remarkable": {
+            name: [low, min(high, 1e300), *units] for name, (low, high, units) in REMARKABLE.items()
+        },
+        "laws": [(number, name) for number, (name, _) in LAWS.items()],
+        "quantities": [_quantity(**row) for row in _DATA["quantities"]],
+        "readouts": [
+            {"metric": metric, "label": label, "meaning": meaning, **_UNITS[metric]._asdict()}
+            for metric, label, meaning in _DATA["readouts"]
+        ],
+        "balls": [_ball(one) for one in balls.values()],
+        "examples": [_example(**row) for row in _DATA["examples"]],
+        "opening": {level: _case(**row) for level, row in _DATA["opening"].items()},
+        "case": {**_START, **values} if values else None,
+        **{name: _DATA[name] for name in ("sweeps", "equations", "simple")},
     }
+
+
+def _quantity(name: str, **row: Any) -> dict[str, Any]:
+    variable = BY_NAME[name]
+    unit, text = format_unit(variable.unit), variable.description
+    return {"name": name, **row, "si": unit, "description": text}
+
+
+def _ball(ball: Ball) -> dict[str, Any]:
+    shown = {key: vars(ball)[key] for key in ("name", "title", "source", "speeds", "limits")}
+    return {**shown, "values": {**{name: _START[name] for name in _CONTACT}, **ball.values}}
+
+
+def _case(ball: str = "", **values: float) -> dict[str, float]:
+    """All inputs and parameters of a case of page.toml."""
+    return {**_START, **(BALLS[ball].values if ball else {}), **values}
+
+
+def _example(
+    name: str, hint: str, case: str = "", ball: str = "", values: Any = (), beside: Any = None
+) -> dict[str, Any]:
+    """A case with a button, with what is published of it: texts by metric, in its unit."""
+    published = {metric: format_value(metric, x) for metric, x in ROH_LEE_FIGURES.items()}
+    if not ball:
+        printed = document.CASES[case].printed if case else {}
+        published = {metric: one.text for metric, one in printed.items()}
+    return {
+        "name": name,
+        "hint": hint,
+        "values": _case(ball, **dict(values)),
+        "beside": beside and _case(**beside),
+        "published": published,
+        "source": "Roh & Lee" if ball else "document",
+    }
+
+
+def _task(cases: Mapping[str, Any], results: list[str], **row: Any) -> dict[str, Any]:
+    """A task, with the address of its case and the rows of its table, answers filled in."""
+    start = _DATA["opening"]["simple"]
+    found = [golf_impact.run_impact(**(start | values)) for values in cases.values()]
+    rows = [
+        {"label": _UNITS[name].label, "answers": [format_value(name, one[name]) for one in found]}
+        for name in results
+    ]
+    texts = {name: format_shortest(x) for name, x in start.items()}
+    return {**row, "cases": [*cases], "rows": rows, "query": urlencode(texts | {"level": "simple"})}
+
+
+def _in_words(values: Mapping[str, float]) -> str:
+    """The values of the simple level, in the page's units."""
+    rows = [row for row in _DATA["quantities"] if "group" not in row]
+    sizes = [SYMBOLS[symbol_of(row["unit"])][1] for row in rows]
+    return ", ".join(
+        f"{row['label']} {values[row['name']] / size:g} {row['unit']}"
+        for row, size in zip(rows, sizes)
+    )

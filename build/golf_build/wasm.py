@@ -1,0 +1,73 @@
+"""The physics in C (fmu_src/native) as WebAssembly, for the page of `golf-impact explore`.
+
+`python -m golf_build.wasm` writes physics.wasm and the notices of what zig links into it where the
+page has them. The same sources make the same bytes on every machine: ziglang is pinned.
+"""
+
+import importlib.metadata
+import importlib.util
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from golf_build.archive import scratch, whole
+from golf_build.extras import install_command
+from golf_build.native_header import header
+from golf_build.packaging import fmu_source
+
+#: Small rather than fast: an impact takes some µs. Inlined, extended.c alone would double the size.
+_FLAGS = (
+    "-target", "wasm32-wasi", "-mexec-model=reactor", "-std=c99", "-Oz", "-fno-inline",
+    "-mbulk-memory", "-ffp-contract=off", "-g0", "-s",
+)  # fmt: skip
+
+#: Licences of what is linked, by their files in ziglang.
+_NOTICES = {
+    "zig (compiler-rt)": "LICENSE",
+    "musl": "lib/libc/musl/COPYRIGHT",
+    "wasi-libc": "lib/libc/wasi/LICENSE",
+    "wasi-libc, Apache License 2.0 with LLVM exceptions": "lib/libc/wasi/LICENSE-APACHE-LLVM",
+    "wasi-libc, MIT": "lib/libc/wasi/LICENSE-MIT",
+}
+
+#: Other versions make other bytes.
+ZIGLANG = "0.13.0"
+
+
+class WasmError(Exception):
+    """The WebAssembly can't be built here; the message says what is missing."""
+
+
+def build() -> dict[str, bytes]:
+    """Compile page.c; returns the files physics.wasm and physics.txt, its notices, by name.
+
+    Raises:
+        WasmError: ziglang is missing or of another version, or fails.
+    """
+    found = importlib.util.find_spec("ziglang")
+    if found is None or importlib.metadata.version("ziglang") != ZIGLANG:
+        needs = f"the page's WebAssembly needs ziglang {ZIGLANG} for its bytes"
+        raise WasmError(f"{needs}: {install_command('native')}")
+    zig = Path(str(found.origin)).parent
+    sources = {file.name: file.read_bytes() for file in fmu_source("native").glob("*.[ch]")}
+    sources["variables.h"] = header(2, "").encode()
+    command = [sys.executable, "-m", "ziglang", "cc", *_FLAGS, "page.c", "-o", "physics.wasm"]
+    with scratch(sources) as folder:
+        # zig keeps what it has compiled below the home folder.
+        env = {"HOME": tempfile.gettempdir(), **os.environ}
+        done = subprocess.run(command, cwd=folder, env=env, capture_output=True, text=True)
+        if done.returncode:
+            raise WasmError(f"zig fails on page.c: {done.stderr.strip()}")
+        wasm = (folder / "physics.wasm").read_bytes()
+    notices = (f"{name}\n\n{(zig / file).read_text()}" for name, file in _NOTICES.items())
+    return {"physics.wasm": wasm, "physics.txt": "\n\n".join(notices).encode()}
+
+
+if __name__ == "__main__":
+    place = Path(__file__).resolve().parents[2] / "scenarios" / "golf_impact" / "explore"
+    for name, data in build().items():
+        with whole(place / name) as stream:
+            stream.write(data)
+        print(f"{place / name}: {len(data)} bytes")
