@@ -26,7 +26,10 @@ def explore(
     browser: Annotated[bool, Option(help="Open the page in a browser.")] = True,
     export: Annotated[Path | None, Option(metavar="FILE.html", help=_EXPORT)] = None,
 ) -> None:
-    """Explore an impact on an interactive page: one file, without a server or a network."""
+    """Explore an impact on an interactive page in a browser.
+
+    The page is one file that needs no server and no network.
+    """
     import golf_impact
     from golf_impact.ball import BALLS
     from golf_impact.ball import ball as named_ball

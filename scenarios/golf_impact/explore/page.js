@@ -4,7 +4,6 @@ const facts = JSON.parse(get("facts").textContent)
 const quantities = new Map(facts.quantities.map((quantity) => [quantity.name, quantity]))
 const START = Object.fromEntries(Object.entries(facts.inputs).map(([name, {start}]) => [name, start]))
 const HINT = "Move a slider, or type any number that the FMU allows, also with a unit (95mph). Point at a curve, or press Play, to see one instant in all pictures."
-const COLOURS = ["#CC79A7", "#009E73", "#D55E00", "#999933", "#882255", "#888888", "#44AA99", "#DDCC77"]
 const NO_CONTACT = "No contact: the club never reaches the ball. It must be faster than the ball."
 const NO_SEPARATION = "No separation: the bodies stay in contact (a valid result of law 1's drag)."
 // Results that an impact without separation has.
@@ -17,40 +16,9 @@ function tag(name, attributes, ...children) {
 }
 function setText(element, text) { if (element.textContent != text) element.textContent = text }
 
-// UNITS
-
-const symbolOf = (text) => text.replace(/[µμ]/g, "u").replace(/[.·*\s]/g, "")
-const sizeOf = (unit) => unit ? facts.symbols[symbolOf(unit)][1] : 1
-const unitOf = ({unit}) => facts.speeds.includes(unit) ? get("unit").value : unit
-const digits = (value, size) => Number((value / size).toPrecision(6))
-
-// The value of a text in SI units, of a number without a unit in `unit`; throws Refused.
-function read(quantity, text, unit) {
-  const refuse = (why) => { throw new Refused(`${quantity.name}=${text} is refused: ${why}`, quantity.name) }
-  const [, number, given] = text.trim().replace("−", "-").match(/^([-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:e[-+]?\d+)?)\s*([^\d\s,.].*)?$/i) ?? []
-  if (number == undefined) refuse(/^[-+]?\d+(,\d{3})+/.test(text.trim()) ? `write ${text.replaceAll(",", "")}` : `'${text}' is no number (e.g. 1.5)`)
-  if (/^[-+]?[1-9]\d{0,2},\d{3}$/.test(number)) refuse(`write ${number.replace(",", "")} or ${number.replace(",", ".")}`)
-  const [si, size] = given ? facts.symbols[symbolOf(given)] ?? [] : [quantity.si, sizeOf(unit)]
-  const known = () => Object.keys(facts.symbols).filter((symbol) => facts.symbols[symbol][0] == quantity.si).join(", ")
-  if (si != quantity.si) refuse(`'${given}' isn't a unit it may have: ${known() || "none"}`)
-  const value = Number(number.replace(",", "."))
-  remarks[quantity.name] = remarkOn(quantity.name, value, given ?? unit)
-  return size == 1 ? value : Number((value * size).toPrecision(15))
-}
-
-// A remark on a number that looks like one in another unit; else empty.
-let remarks = {}
-function remarkOn(name, number, unit) {
-  const [low, high, ...units] = facts.remarkable[name] ?? [], size = sizeOf(unit), value = number * size
-  if (low == undefined || !(value > 0) || value >= low && value <= high) return ""
-  const meant = units.filter((other) => other != unit && number * sizeOf(other) >= low && number * sizeOf(other) <= high)
-  const limit = value < low ? `less than golf has (${digits(low, size)} ${unit})` : `more than golf has (${digits(high, size)} ${unit})`
-  return `${number} ${unit} is ${limit}.${meant.length ? ` Write ${meant.map((other) => `${number} ${other}`).join(" or ")} if you mean that.` : ""}`
-}
-
 // THE CASE: `shown` is the last accepted one, `requested` has the values asked for last.
 
-let physics, shown, requested, pins = [], past = [], sliding = null, typing = null
+let physics, shown, requested, past = [], sliding = null, typing = null
 const isSimple = () => get("level").value == "simple"
 const opening = () => facts.opening[get("level").value]
 const presetOf = (kind, values) => facts[kind].find((one) => Object.entries(one.values).every(([name, value]) => values[name] == value))
@@ -189,18 +157,6 @@ function drawControls({values}) {
   setText(get("source"), ball ? `${range}${ball.limits} Source: ${ball.source}` : "")
 }
 
-// A text with numbers: {name}, {name:decimals}, {name:%}.
-const fill = (text, numbers) => text.replace(/\{(\w+)(?::(\w|%))?\}/g, (_, name, form) => {
-  const value = numbers[name]
-  return minus(form == "%" ? `${(100 * value).toFixed(1)} %` : form ? value.toFixed(Number(form)) : Number(value.toPrecision(4)))
-})
-
-// A metric as quantities.toml has it; a speed in the user's unit.
-function format({unit, factor, decimals}, value) {
-  const isSpeed = facts.speeds.includes(unit), shownUnit = isSpeed ? get("unit").value : unit
-  const text = (isSpeed ? value / sizeOf(shownUnit) : value * factor).toFixed(decimals)
-  return [minus(Number(text) ? text : text.replace("-", "")), shownUnit]
-}
 const levelOf = (metric) => facts.simple.metrics.includes(metric) ? "" : "all"
 
 function drawResults({values, metrics, touched, separated}) {
@@ -325,57 +281,6 @@ function play() {
     requestAnimationFrame(frame)
   }
   requestAnimationFrame(frame)
-}
-
-// PINS
-
-function pin(name = "") {
-  if (pins.length == COLOURS.length) return
-  const color = COLOURS.find((colour) => pins.every((one) => one.color != colour))
-  pins = [...pins, {...shown, color, name: name || titleOf(shown.values), query: query()}]
-  drawPins()
-}
-function drawPins() {
-  get("pin").disabled = pins.length == COLOURS.length
-  const button = (label, n, onclick) => tag("button", {type: "button", textContent: label, ariaLabel: `${label} pin ${n}`, onclick})
-  const rows = pins.map((one, n) => tag("tr", {},
-    tag("th", {scope: "row"}, tag("span", {style: `color: ${one.color}`, ariaHidden: "true"}, "━━ "),
-      tag("input", {type: "text", value: one.name, ariaLabel: `Name of pin ${n + 1}`, onchange: ({target}) => { one.name = target.value }})),
-    ...one.cells.map((row) => tag("td", {className: levelOf(row.metric)}, row.value === "" ? "–" : format(row, row.value).join(" ").trim())),
-    tag("td", {}, button("Reopen", n + 1, () => change(one.values)), " ",
-      button("Remove", n + 1, () => { pins = pins.filter((other) => other != one); drawPins(); get("pin").focus() }))))
-  const head = [{label: "case"}, ...facts.readouts, {label: "do"}].map(({label, metric}) => tag("th", {scope: "col", className: metric ? levelOf(metric) : ""}, label))
-  get("pins").replaceChildren(...(pins.length ? [tag("thead", {}, tag("tr", {}, ...head)), tag("tbody", {}, ...rows)] : []))
-  drawCharts()
-}
-
-// Open a case, beside another one that is pinned.
-function openBeside(values, beside, name) {
-  if (beside && request(beside) && !pins.some((one) => one.query == query())) pin(name)
-  change(values)
-}
-
-// DOWNLOADS: files are made here. Columns are in SI units.
-
-function csv(columns, rows) {
-  // Of an impact without separation some results don't exist.
-  const cell = (x) => typeof x == "string" ? `"${x.replaceAll('"', '""')}"` : Number.isNaN(x) ? "" : x
-  const likeOf = (name) => name.endsWith("_energy") ? "kinetic_energy" : name.endsWith("_momentum") ? "momentum" : name == "time" ? "touch_time" : name
-  const head = columns.map((name) => [facts.units[likeOf(name)]].filter((unit) => unit && unit != "1").reduce((text, unit) => `${text} (${unit})`, name))
-  return [head, ...rows.map((row) => columns.map((name) => cell(row[name])))].map((row) => `${row}\n`).join("")
-}
-function svg(name) {
-  const copy = charts[name].svg.cloneNode(true)
-  copy.prepend(make("style", {}, document.querySelector("style").textContent), get("hatches").cloneNode(true))
-  return new XMLSerializer().serializeToString(place(copy, {xmlns: "http://www.w3.org/2000/svg", width: 2 * WIDTH, height: 2 * HEIGHT}))
-}
-function download(choice) {
-  const {path} = shown, names = Object.keys(path), tables = {
-    "path.csv": () => csv(names, path.time.map((_, n) => Object.fromEntries(names.map((name) => [name, path[name][n]])))),
-    "pins.csv": () => csv(["name", "query", ...facts.metrics], pins.map((one) => ({...one.metrics, name: one.name, query: one.query}))),
-  }
-  const text = tables[choice]?.() ?? svg(choice.replace(".svg", ""))
-  tag("a", {href: URL.createObjectURL(new Blob([text])), download: `golf-impact-${choice}`}).click()
 }
 
 // CONTROLS

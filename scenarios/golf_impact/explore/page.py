@@ -40,6 +40,9 @@ _CONTACT = (
     "restitution_at_rest", "restitution_slope",
 )  # fmt: skip
 
+#: One module of all, in this order.
+_SCRIPTS = "physics", "charts", "values", "pins", "page"
+
 #: In the file, so that no other one is replaced.
 GENERATOR = "golf-impact explore"
 
@@ -74,7 +77,7 @@ def page(values: Mapping[str, float], own: Ball | None = None) -> str:
         generator=GENERATOR,
         notices=_read("physics.txt"),
         style=_read("page.css"),
-        script="\n".join(_read(f"{name}.js") for name in ("physics", "charts", "page")),
+        script="\n".join(_read(f"{name}.js") for name in _SCRIPTS),
         wasm=base64.b64encode((_HERE / "physics.wasm").read_bytes()).decode(),
     )
 
