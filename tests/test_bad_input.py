@@ -1,7 +1,6 @@
 """Invalid input: the old value remains, a message gives the reason, and the run can continue."""
 
 import math
-
 from contextlib import nullcontext
 
 import pytest

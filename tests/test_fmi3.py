@@ -468,7 +468,9 @@ def test_no_separation_is_overlooked(make, fmu, values, method, rtol):
 # State
 
 
-@pytest.mark.parametrize("kind", [FMU3Slave, pytest.param(FMU3Model, marks=pytest.mark.model_exchange)])
+@pytest.mark.parametrize(
+    "kind", [FMU3Slave, pytest.param(FMU3Model, marks=pytest.mark.model_exchange)]
+)
 def test_state(make, kind):
     """Saved in mid-contact, a state goes on exactly as before: in this instance or another one."""
     first, second = begin(make(kind), gap=0.001), make(kind)

@@ -72,12 +72,32 @@ _MINGW = {"mingw-w64.txt": "lib/libc/mingw/COPYING"}
 
 #: In FMI 2.0 the two for macOS are one universal file.
 TARGETS = (
-    Target("x86_64-linux-gnu.2.17", ".so", {2: "linux64", 3: "x86_64-linux"}, ("Linux", "x86_64"), {}),
+    Target(
+        "x86_64-linux-gnu.2.17", ".so", {2: "linux64", 3: "x86_64-linux"}, ("Linux", "x86_64"), {}
+    ),
     Target("aarch64-linux-gnu.2.17", ".so", {3: "aarch64-linux"}, ("Linux", "aarch64"), {}),
-    Target("x86_64-windows-gnu", ".dll", {2: "win64", 3: "x86_64-windows"}, ("Windows", "AMD64"), _ZIG | _MINGW),
-    Target("x86_64-macos.11.0", ".dylib", {2: "darwin64", 3: "x86_64-darwin"}, ("Darwin", "x86_64"), {}),
-    Target("aarch64-macos.11.0", ".dylib", {2: "darwin64", 3: "aarch64-darwin"}, ("Darwin", "arm64"), {}),
-)  # fmt: skip
+    Target(
+        "x86_64-windows-gnu",
+        ".dll",
+        {2: "win64", 3: "x86_64-windows"},
+        ("Windows", "AMD64"),
+        _ZIG | _MINGW,
+    ),
+    Target(
+        "x86_64-macos.11.0",
+        ".dylib",
+        {2: "darwin64", 3: "x86_64-darwin"},
+        ("Darwin", "x86_64"),
+        {},
+    ),
+    Target(
+        "aarch64-macos.11.0",
+        ".dylib",
+        {2: "darwin64", 3: "aarch64-darwin"},
+        ("Darwin", "arm64"),
+        {},
+    ),
+)
 
 
 def build(builder: Builder, out: Path) -> Path:
@@ -139,7 +159,7 @@ _BUILD_DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
     <SourceFileSet language="C99" compilerOptions="-ffp-contract=off">
       <SourceFile name="all.c"/>
     </SourceFileSet>
-    <Library name="m" external="true" description="The C library's mathematics, where it is a file of its own"/>
+    <Library name="m" external="true" description="Mathematics, on Linux"/>
   </BuildConfiguration>
 </fmiBuildDescription>
 """
@@ -180,7 +200,7 @@ def _binaries(fmi: int, model: str, sources: dict[str, bytes]) -> Iterator[tuple
         path = f"binaries/{target.folders[fmi]}/{model}{target.suffix}"
         made.setdefault(path, {})[target.machine[1]] = _library(target, sources, model)
     for path, slices in made.items():
-        yield path, mach_o.universal(slices) if len(slices) > 1 else [*slices.values()][0]
+        yield path, mach_o.universal(slices) if len(slices) > 1 else next(iter(slices.values()))
 
 
 def _targets(fmi: int) -> list[Target]:

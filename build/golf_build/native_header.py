@@ -26,7 +26,9 @@ _TYPES = {"Real": "REAL", "Enumeration": "ENUMERATION", "Boolean": "BOOLEAN"}
 
 def header(fmi: int, token: str) -> str:
     """The C header for a version of FMI, with the FMU's GUID or instantiation token."""
-    return "\n".join(["/* Made from golf_physics by golf_build.native_header. */", "", *_lines(fmi, token)])
+    return "\n".join(
+        ["/* Made from golf_physics by golf_build.native_header. */", "", *_lines(fmi, token)]
+    )
 
 
 def _lines(fmi: int, token: str) -> Iterator[str]:
@@ -137,7 +139,7 @@ def _template(sentence: object, *values: object) -> str:
 
 def _case(**values: float) -> tuple[Parameters, Inputs]:
     """Parameters and inputs that differ from the start values in these."""
-    all_values = [values.get(row.name, row.start) for row in SETTABLE.values()]
+    all_values: list[Any] = [values.get(row.name, row.start) for row in SETTABLE.values()]
     return Parameters(*all_values[INPUTS:]), Inputs(*all_values[:INPUTS])
 
 
@@ -202,7 +204,10 @@ def _contacts() -> Iterator[tuple[str, str]]:
     endless = contact()
     endless._panels, endless.duration = [None] * integrated._MOST_PANELS, 0.125  # type: ignore[list-item]
     yield "TOO_MANY_PANELS", _raised(endless.extend, 0.125)
-    yield "NO_NUMBERS", _raised(lambda: ode._slopes(_diverging, 0.125, 1.0, [0.5] * 2, 1, [0.0]), 0.125)
+    yield (
+        "NO_NUMBERS",
+        _raised(lambda: ode._slopes(_diverging, 0.125, 1.0, [0.5] * 2, 1, [0.0]), 0.125),
+    )
     yield "NOT_FINITE", _raised(lambda: contact(lambda *_: nan), 0.0, 35.0, nan)
     with mock.patch.object(extended, "_MOST_EXTREMA", 1):
         pushed = _raised(lambda: ExtendedContact(1e6, 9.0, 0.0, 0.25, 0.125, start, 1e6), 0.0)

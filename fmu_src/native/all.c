@@ -27,6 +27,12 @@
 #include "fmi3.c"
 #else
 #include "fmi2Functions.h"
+#ifdef FMI2_FUNCTION_PREFIX /* which fmpy's copy of the header leaves out */
+#undef fmi2FullName
+#define PASTE(a, b) a##b
+#define JOIN(a, b) PASTE(a, b)
+#define fmi2FullName(name) JOIN(FMI2_FUNCTION_PREFIX, name)
+#endif
 #include "instance.c"
 #include "fmi2.c"
 #endif
