@@ -24,9 +24,9 @@ class Law:
     p are those of the table of variables, k is in N/m, b in N.s/m.
     """
 
-    #: Parameters that select a variant of this law, with their values where they select none: other
-    #: laws reject other values. Without a variant such a law accepts all ordinary inputs.
-    variants: Mapping[str, float] = MappingProxyType({})
+    #: Parameters that this law alone uses, with their values where they have no effect: other laws
+    #: reject other values.
+    own_parameters: Mapping[str, float] = MappingProxyType({})
 
     def refusal(self, p: Parameters, inputs: Inputs) -> Refusal | None:
         """Why the law rejects these values together, or None."""

@@ -54,7 +54,7 @@ def _refusal_of_force(
 class RelativeLaw(LinearLaw):
     """Law 2; see `Law`."""
 
-    variants = MappingProxyType({"exponent": 1.0, "restitution_at_rest": 0.0})
+    own_parameters = MappingProxyType({"exponent": 1.0, "restitution_at_rest": 0.0})
 
     def refusal(self, p: Parameters, inputs: Inputs) -> Refusal | None:
         """Powers must stay in the range of a double."""
