@@ -1,5 +1,6 @@
 """The native FMU: bits of the Python physics, platforms, sources, hosts without Python."""
 
+import hashlib
 import math
 import os
 import random
@@ -13,7 +14,7 @@ from pathlib import Path
 import fmpy
 import pytest
 from command import golf_here, outputs, refused, run
-from conftest import EXPECTED, HEADERS, HOST_TASKS, LAW_1, LAW_2_CONTACT, repeated, some
+from conftest import EXPECTED, HEADERS, HERE, HOST_TASKS, LAW_1, LAW_2_CONTACT, repeated, some
 from fmpy.fmi1 import FMICallException
 from golf_physics.component.component import Component
 from golf_physics.variables import VARIABLES
@@ -22,6 +23,8 @@ from golf_build import native
 from golf_impact.fmu import Fmu, builder_of
 
 REALS = [v.reference for v in VARIABLES if (v.causality, v.type) == ("output", "Real")]
+
+SANITIZERS = "-fsanitize=address,undefined"
 
 #: Smaller numbers are left over where larger ones cancel: their bits are those of no function.
 LEFT_OVER = 1e-50
@@ -113,13 +116,11 @@ def random_values(rng):
     return values
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="of another C library functions differ")
-@pytest.mark.parametrize("block", some(4, range(40), 40))
-def test_bits_are_those_of_the_python_physics(in_c, block):
-    """50 random impacts, with changes of inputs and restored states in between."""
-    for number in range(50 * block, 50 * (block + 1)):
+def compare_bits(fmu, numbers):
+    """Random impacts, with changes of inputs and restored states in between."""
+    for number in numbers:
         rng = random.Random(number)
-        both, saved = Both(in_c, random_values(rng)), None
+        both, saved = Both(fmu, random_values(rng)), None
         for _ in range(rng.randint(1, 12)):
             if rng.random() < 0.3:
                 changed = {
@@ -134,6 +135,12 @@ def test_bits_are_those_of_the_python_physics(in_c, block):
             size = rng.choice([10 ** rng.uniform(-6, -3)] * 9 + [rng.choice([1e-9, 0.01, 1.0])])
             if both.step(size):
                 both.compare()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="of another C library functions differ")
+@pytest.mark.parametrize("block", some(4, range(40), 40))
+def test_bits_are_those_of_the_python_physics(in_c, block):
+    compare_bits(in_c, range(50 * block, 50 * (block + 1)))
 
 
 # The file
@@ -159,6 +166,43 @@ def test_the_file(request, path, tmp_path):
             assert data[:4] in (b"\xca\xfe\xba\xbe", b"\xcf\xfa\xed\xfe"), name
             assert b"/usr/lib/libSystem.B.dylib" in data
             assert data.count(b"@rpath/ClubBallImpact.dylib") == (2 if fmi == 2 else 1)
+
+
+@pytest.mark.parametrize("path", ["native_path", "native_fmi3_path"])
+def test_libraries_for_macos_are_signed(request, path):
+    """Each page has the hash that the signature says, in both slices."""
+    if native.fewer_platforms():
+        pytest.skip(native.advice())
+    slices = []
+    with zipfile.ZipFile(request.getfixturevalue(path)) as archive:
+        for name in archive.namelist():
+            data = archive.read(name)
+            if data[:4] == b"\xca\xfe\xba\xbe" and name.endswith(".dylib"):
+                for n in range(struct.unpack_from(">I", data, 4)[0]):
+                    offset, size, power = struct.unpack_from(">3I", data, 16 + 20 * n)
+                    assert offset % (1 << power) == 0
+                    slices.append(data[offset : offset + size])
+            elif name.endswith(".dylib"):
+                slices.append(data)
+    machines = sorted(struct.unpack_from("<2I", image) for image in slices)
+    assert machines == [(0xFEEDFACF, 0x01000007), (0xFEEDFACF, 0x0100000C)]
+    for image in slices:
+        commands = struct.unpack_from("<I", image, 16)[0]
+        offset, start = 32, 0
+        for _ in range(commands):
+            kind, size = struct.unpack_from("<2I", image, offset)
+            if kind == 0x1D:  # LC_CODE_SIGNATURE
+                start, length = struct.unpack_from("<2I", image, offset + 8)
+                assert start + length == len(image)
+            offset += size
+        directory = start + struct.unpack_from(">I", image, start + 16)[0]
+        hashes, _, _, pages, limit = struct.unpack_from(">5I", image, directory + 16)
+        size = 1 << image[directory + 39]
+        assert (limit, pages) == (start, -(-start // size))
+        for n in range(pages):
+            page = image[size * n : min(size * (n + 1), limit)]
+            at = directory + hashes + 32 * n
+            assert image[at : at + 32] == hashlib.sha256(page).digest()
 
 
 def test_it_exports_nothing_but_fmi(native_path, native_fmi3_path, tmp_path):
@@ -268,19 +312,33 @@ def test_fmi3_in_a_native_host(compiled, native_fmi3_path, tmp_path):
     check_host3(outputs(compiled("host3"), folder, guid_of(folder), env={}))
 
 
-@pytest.mark.ci
-@pytest.mark.parametrize("sanitizer", ["address,undefined"])
-def test_under_sanitizers(compiled, native_path, tmp_path, sanitizer):
-    """The calls of the C host with instances that move between threads, come and go, fork."""
-    folder = fmpy.extract(str(native_path), str(tmp_path / "fmu"))
+@pytest.fixture(scope="module")
+def sanitized(native_path, tmp_path_factory):
+    """The extracted FMU with a library under AddressSanitizer and UBSan."""
+    folder = fmpy.extract(str(native_path), str(tmp_path_factory.mktemp("sanitized")))
     library = Path(folder, "binaries", "linux64", "ClubBallImpact.so")
-    flags = ["-std=c99", "-g", "-O1", "-shared", "-fPIC", f"-fsanitize={sanitizer}"]
-    flags += ["-fno-sanitize-recover=all"]
+    flags = ["-std=c99", "-g", "-O1", "-shared", "-fPIC", SANITIZERS, "-fno-sanitize-recover=all"]
     run(shutil.which("gcc"), *flags, Path(folder, "sources", "all.c"), "-o", library, "-lm")
-    host = compiled("host", f"-fsanitize={sanitizer}", suffix=".sanitized")
+    return folder
+
+
+@pytest.mark.ci
+def test_hosts_under_sanitizers(compiled, sanitized):
+    """The calls of the C host with instances that move between threads, come and go, fork."""
+    host = compiled("host", SANITIZERS, suffix=".sanitized")
     for task in (("impact", "1e-6"), *HOST_TASKS):
         env = {"PATH": os.defpath, "ASAN_OPTIONS": "detect_leaks=0"}
-        assert outputs(host, folder, guid_of(folder), *task, env=env) == LAW_1
+        assert outputs(host, sanitized, guid_of(sanitized), *task, env=env) == LAW_1
+
+
+@pytest.mark.ci
+def test_random_impacts_under_sanitizers(sanitized, tmp_path):
+    fmu = shutil.make_archive(str(tmp_path / "sanitized"), "zip", sanitized)
+    asan = run(shutil.which("gcc"), "-print-file-name=libasan.so").stdout.strip()
+    code = "import sys, test_native as t; fmu = t.Fmu(t.Path(sys.argv[1]))\n"
+    code += "with fmu: t.compare_bits(fmu, range(300))"
+    env = {"LD_PRELOAD": asan, "ASAN_OPTIONS": "detect_leaks=0", "PYTHONPATH": str(HERE)}
+    run(sys.executable, "-c", code, fmu, env=os.environ | env)
 
 
 # Other platforms, under wine and qemu

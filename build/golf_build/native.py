@@ -154,7 +154,8 @@ def _sources(fmi: int, token: str) -> dict[str, bytes]:
 
     folder, headers = fmu_source("native"), Path(fmpy.__file__).parent / "c-code"
     found = {file.name: file.read_bytes() for file in folder.glob("*.[ch]")}
-    found.pop(f"fmi{5 - fmi}.c")
+    for other in (f"fmi{5 - fmi}.c", "page.c"):
+        found.pop(other)
     found |= {name: (headers / name).read_bytes() for name in _HEADERS[fmi]}
     return found | {"variables.h": header(fmi, token).encode()}
 

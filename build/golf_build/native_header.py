@@ -139,7 +139,7 @@ def _template(sentence: object, *values: object) -> str:
 
 def _case(**values: float) -> tuple[Parameters, Inputs]:
     """Parameters and inputs that differ from the start values in these."""
-    all_values = [values.get(row.name, row.start) for row in SETTABLE.values()]
+    all_values: list[Any] = [values.get(row.name, row.start) for row in SETTABLE.values()]
     return Parameters(*all_values[INPUTS:]), Inputs(*all_values[:INPUTS])
 
 
