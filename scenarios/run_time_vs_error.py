@@ -6,14 +6,14 @@ What is needed only once (extraction, instances, initialization) is prepared out
 
 import math
 import tempfile
-from functools import partial
+from contextlib import ExitStack
 from itertools import cycle
 
 import matplotlib.pyplot as plt
-import numpy as np
 
+from golf_impact.fmu import Impact, current_native
 from golf_impact.peers import fmus, ways
-from golf_impact.peers.ways import EMPTY, METRICS, OURS, STEP
+from golf_impact.peers.ways import EMPTY, METRICS, NATIVE, OURS, STEP
 from golf_impact.reference import Reference
 from golf_impact.scenario import Result, main
 from golf_impact.timing import measure_interleaved
@@ -21,27 +21,6 @@ from golf_impact.timing import measure_interleaved
 LAWS = {1: "drag on each body", 2: "damper between the bodies"}
 STIFFNESSES = [1e6 * (0.9 + 0.2 * (37 * n % 101) / 101) for n in range(101)]  # N/m
 ACCURACIES = (1e-3, 1e-12)  # of a good measurement; nearly of double precision
-
-
-def list_ways(impact, folder, quick):
-    """The rows of the tables, the first of which is the unit of the ratios; points of curves."""
-    stepped, empty = fmus.extract_peers(folder)
-    *_, fastest = stepped.items()
-    slave = impact.instance
-    restore = partial(slave.setFMUstate, slave.getFMUstate())
-    rows = [
-        ways.by_restored_state(impact),
-        ways.by_simulate_fmu(impact, "state restored", slave, restore),
-        ways.by_simulate_fmu(impact, "instance reset", slave, slave.reset),
-        ways.by_simulate_fmu(impact, "a new instance"),
-        *(ways.by_sub_steps(*each, order=1, dt=0.5e-6) for each in stepped.items()),
-        ways.by_sub_steps(*fastest, order=4, dt=5e-6),
-        ways.by_dop853(1e-12),
-        ways.by_empty_fmu(empty),
-    ]
-    sub_steps = [*np.logspace(-5, -7, 5 if quick else 17), 1e-8, 1e-9]
-    points = [ways.by_sub_steps(*fastest, order, dt) for order in (1, 4) for dt in sub_steps]
-    return rows, points + [ways.by_dop853(10.0**-n) for n in range(3, 14, 5 if quick else 1)]
 
 
 def measure(impact, law, compared, quick):
@@ -56,8 +35,9 @@ def measure(impact, law, compared, quick):
     for way, time, each in zip(compared, seconds, solve):
         found = dict(zip(METRICS, each(baseline["k"])))
         error = max(float(abs(found[name] - exact.outputs()[name])) for name in METRICS)
-        row = {"name": way.name, "called": way.called, "law": law, "microseconds": 1e6 * time}
-        row |= {"ratio": time / seconds[0], "error": math.nan if way.name == EMPTY else error}
+        row = {"name": way.name, "called": way.called, "law": law}
+        row |= {"microseconds": 1e6 * time / way.impacts, "ratio": time / way.impacts / seconds[0]}
+        row |= {"error": math.nan if way.name == EMPTY else error}
         rows.append(row)
     return rows
 
@@ -88,26 +68,33 @@ def conclude(law, rows):
         row = min(rows, key=lambda row: row["ratio"])
         return f"{row['ratio']:.2g} times as long {words} ({row['name']}, {row['called']})"
 
-    others = [row for row in rows if row["name"] not in (OURS, EMPTY)]
+    others = [row for row in rows if row["name"] not in (OURS, NATIVE, EMPTY)]
     methods = [
         best((row for row in others if row["error"] < limit), f"at an error below {limit:g}")
         for limit in ACCURACIES
     ]
     calls = best((row for row in rows[1:] if row["name"] == OURS), "at best")
-    return f"Law {law}: simulate_fmu takes {calls}; other methods take {' and '.join(methods)}."
+    words = f"Law {law}: simulate_fmu takes {calls}; other methods take {' and '.join(methods)}."
+    by_c = [row["ratio"] for row in rows if row["called"].startswith("in C")]
+    if by_c:
+        words += f" In C the native FMU takes {by_c[0] / by_c[1]:.2g} of the document's scheme."
+    return words
 
 
 def run(impact, quick=False, track=iter):
     """Compare the ways; the cases of the result are the rows of bench.json."""
     result, rows = Result("Run time and error of S, COR and E of an impact"), {}
-    with tempfile.TemporaryDirectory(prefix="golf-impact-", ignore_cleanup_errors=True) as folder:
-        table, points = list_ways(impact, folder, quick)
+    with ExitStack() as stack:
+        folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="golf-impact-"))
+        native = fmus.compiler() and Impact(current_native())
+        in_c = stack.enter_context(native) if native else None
+        table, points = ways.compared(impact, in_c, folder, quick)
         for law in track([*LAWS]):
             rows[law] = measure(impact, law, table + points, quick)
             result.cases |= {f"{row['name']}, {row['called']}, law {law}": row for row in rows[law]}
             title = f"S, COR and E of an impact: law {law}, k = 1 MN/m, b = 9 N·s/m"
             cells = [
-                [name, called, f"{time:.1f}", f"{ratio:.2f}", f"{error:.0e}".replace("nan", "–")]
+                [name, called, f"{time:.3g}", f"{ratio:.2g}", f"{error:.0e}".replace("nan", "–")]
                 for name, called, _, time, ratio, error in map(dict.values, rows[law][: len(table)])
             ]
             result.tables.append((title, ["", "called", "µs", "ratio", "error"], cells))

@@ -18,8 +18,8 @@ import run_time_vs_error
 from golf_impact.commands import bench as command
 from golf_impact.errors import UserError
 from golf_impact.fmu import Impact
-from golf_impact.peers import dop853, empty_fmu, fmus, stepped_impact
-from golf_impact.peers.ways import EMPTY, METRICS, OURS, Way
+from golf_impact.peers import dop853, empty_fmu, fmus, stepped_impact, ways
+from golf_impact.peers.ways import EMPTY, METRICS, NATIVE, OURS, Way
 from golf_impact.reference import Reference
 from golf_impact.timing import measure_interleaved
 
@@ -52,7 +52,7 @@ def test_results(tmp_path):
             assert row["ratio"] == pytest.approx(row["microseconds"] / rows[0]["microseconds"])
             assert (row["error"] is None) == (row["name"] == EMPTY)
         # Measured: 4e-16.
-        assert max(row["error"] for row in rows if row["name"] == OURS) < 1e-14
+        assert max(row["error"] for row in rows if row["name"] in (OURS, NATIVE)) < 1e-14
         steps = [row for row in rows if row["name"].startswith(("explicit Euler", "Runge–Kutta"))]
         assert all(1e-15 < row["error"] < 0.1 for row in steps)
 
@@ -93,16 +93,28 @@ def test_dop853(law):
 def test_without_a_compiler_the_methods_are_in_python(fmu_path, tmp_path, monkeypatch):
     monkeypatch.setattr(fmus, "compiler", lambda: None)
     with Impact(fmu_path) as impact:
-        rows, points = run_time_vs_error.list_ways(impact, str(tmp_path), quick=True)
+        rows, points = ways.compared(impact, None, str(tmp_path), quick=True)
     names = [way.name for way in rows + points]
     assert "Runge–Kutta 4, Python FMU" in names
     assert not [name for name in names if "C FMU" in name]
     assert len({way[:2] for way in rows}) == len(rows)
 
 
+@COMPILED
+def test_ways_in_c_compute_the_same(fmu_path, native_path, tmp_path):
+    with Impact(fmu_path) as impact, Impact(native_path) as in_c:
+        rows, _ = ways.compared(impact, in_c, str(tmp_path), quick=True)
+        for law in (1, 2):
+            found = {way[:2]: way.prepare(law)(9e5) for way in rows if way.name != EMPTY}
+            # Their bits, or those of the same scheme called by fmpy.
+            for (name, called), values in found.items():
+                same = OURS if name == NATIVE else name
+                assert values == found[same, called.removeprefix("in C: ")]
+
+
 def test_sub_steps_cover_four_decades(fmu_path, tmp_path):
     with Impact(fmu_path) as impact:
-        _, points = run_time_vs_error.list_ways(impact, str(tmp_path), quick=False)
+        _, points = ways.compared(impact, None, str(tmp_path), quick=False)
     curves = Counter(way.name for way in points)
     assert len(curves) == 3
     assert min(curves.values()) >= 6

@@ -1,6 +1,7 @@
 """The native FMU: bits of the Python physics, platforms, sources, hosts without Python."""
 
 import hashlib
+import json
 import math
 import os
 import random
@@ -19,8 +20,10 @@ from fmpy.fmi1 import FMICallException
 from golf_physics.component.component import Component
 from golf_physics.variables import VARIABLES
 
+import golf_impact.fmu
 from golf_build import native
 from golf_impact.fmu import Fmu, builder_of
+from golf_impact.peers import fmus as peers
 
 REALS = [v.reference for v in VARIABLES if (v.causality, v.type) == ("output", "Real")]
 
@@ -260,6 +263,32 @@ def test_this_machines_compiler_builds_for_it_alone(monkeypatch, compiled, tmp_p
         fmu.start(law=2)
         fmu.step(0.0, 1.0)
         assert fmu.read([*EXPECTED[2]]) == pytest.approx(EXPECTED[2], rel=1e-14)
+
+
+@pytest.mark.ci
+def test_where_pythonfmu_has_no_binary(monkeypatch, compiled, tmp_path):
+    """The commands build and use the native FMU, and leave out what companions are for."""
+    monkeypatch.setattr(native, "pythonfmu_runs_here", lambda: False)
+    monkeypatch.setattr(peers, "pythonfmu_runs_here", lambda: False)
+    monkeypatch.setattr(golf_impact.fmu, "default_path", lambda b: tmp_path / f"{b.name}.fmu")
+    done = golf_here("run", "--out", tmp_path / "all", "--no-figures", code=0)
+    assert f"ClubBallImpact.native.fmu, for {native.this_machine()} alone" in done.stderr
+    assert "loft is left out" in done.stderr
+    assert "system is left out" in done.stderr
+    assert len(json.loads((tmp_path / "all" / "results.json").read_text())) >= 10
+    golf_here("bench", "--quick", "--out", tmp_path / "bench", code=0)
+    rows = json.loads((tmp_path / "bench" / "bench.json").read_text())["rows"]
+    assert not [row for row in rows if "Python" in row["name"]]
+
+
+def test_a_binary_for_arm64_in_fmi_2(native_fmi3_path):
+    """It is where fmpy looks for it; FMI 2.0 has no folder of its own for it."""
+    if native.fewer_platforms():
+        pytest.skip(native.advice())
+    with zipfile.ZipFile(native_fmi3_path) as archive:
+        data = archive.read("binaries/aarch64-linux/ClubBallImpact.so")
+    name = "binaries/linux64/ClubBallImpact.so"
+    assert native.binaries_of({name: data}) == {"Linux aarch64"}
 
 
 # Hosts

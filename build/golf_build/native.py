@@ -7,6 +7,7 @@ such as TwinCAT and Simulink compile them. Co-simulation only.
 
 import hashlib
 import importlib.metadata
+import importlib.resources
 import importlib.util
 import os
 import platform
@@ -15,8 +16,7 @@ import subprocess
 import sys
 import tempfile
 import uuid
-from collections.abc import Iterable, Iterator
-from functools import partial
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -96,47 +96,75 @@ def this_machine() -> str:
     return " ".join((platform.system(), platform.machine()))
 
 
-def binaries_of(names: Iterable[str]) -> set[str]:
-    """The machines for which an FMU has binaries, from the names of its files."""
+def binaries_of(files: Mapping[str, bytes]) -> set[str]:
+    """The machines for which an FMU has binaries, from its files by name."""
     machines: dict[str, set[str]] = {}
     for target in TARGETS:
         for folder in target.folders.values():
             machines.setdefault(folder, set()).add(" ".join(target.machine))
-    folders = {parts[1] for parts in (name.split("/") for name in names) if parts[0] == "binaries"}
-    return set().union(*(machines.get(folder, {folder}) for folder in folders))
+    found: set[str] = set()
+    for name, data in files.items():
+        if name.startswith("binaries/"):
+            folder = name.split("/")[1]
+            # Where `here` puts it; the machine of an ELF file.
+            arm = folder == "linux64" and data[18:20] == b"\xb7\0"
+            found |= {"Linux aarch64"} if arm else machines.get(folder, {folder})
+    return found
 
 
-def build(builder: Builder, out: Path) -> Path:
+def pythonfmu_runs_here() -> bool:
+    """Whether pythonfmu's runtime has a binary for this machine."""
+    folders = [t.folders.get(2, "none") for t in TARGETS if " ".join(t.machine) == this_machine()]
+    binaries = importlib.resources.files("pythonfmu") / "resources" / "binaries"
+    return any((binaries / folder).is_dir() for folder in folders)
+
+
+def build(builder: Builder, out: Path, here: bool = False) -> Path:
     """Write the native FMU of a builder to this file.
+
+    Args:
+        builder: of ClubBallImpact.
+        out: the file.
+        here: for this machine alone, where fmpy looks; aarch64 Linux, too, of which FMI 2.0 knows
+            nothing.
 
     Raises:
         NativeError: there is no compiler, or it fails.
         OSError: the file can't be written.
     """
-    return write_archive(out, files(builder))
+    return write_archive(out, files(builder, here))
 
 
-def files(builder: Builder) -> dict[str, bytes]:
-    """The files of the native FMU, by name; NativeError: see `build`."""
+def files(builder: Builder, here: bool = False) -> dict[str, bytes]:
+    """The files of the native FMU, by name; see `build`."""
     fmi, model = builder.fmi, builder.name.partition(".")[0]
-    tool = f"golf-impact {golf_physics.__version__} (native)"
-    sources = _sources(fmi, "")
-    describe = partial(builder.describe, sources=["all.c"], tool=tool, **_co_simulation(builder))
-    digest = hashlib.sha256(describe(token=""))
-    for name, data in sorted(sources.items()):
-        digest.update(name.encode() + b"\0" + hashlib.sha256(data).digest())
-    token = str(uuid.uuid5(uuid.NAMESPACE_URL, f"golf-impact/native/{digest.hexdigest()}"))
+    targets = _targets(fmi, here)
+    token = guid(builder)
     sources = _sources(fmi, token)
     made = {f"sources/{name}": data for name, data in sources.items()}
-    made["modelDescription.xml"] = describe(token=token)
+    made["modelDescription.xml"] = _describe(builder, token)
     if fmi == 3:
         made["sources/buildDescription.xml"] = _BUILD_DESCRIPTION.format(model=model).encode()
     made |= builder.documents()
-    made |= dict(_binaries(fmi, model, sources))
+    made |= dict(_binaries(targets, fmi, model, sources))
     made["documentation/licenses/license.txt"] = project_license()
     made["documentation/licenses/fmi-headers.txt"] = _comment(sources[_HEADERS[fmi][0]])
-    made |= {f"documentation/licenses/{name}": data for name, data in _notices(fmi)}
+    made |= {f"documentation/licenses/{name}": data for name, data in _notices(targets)}
     return made | {SUMS: checksums(made)}
+
+
+def guid(builder: Builder) -> str:
+    """The GUID (FMI 3.0: instantiation token) of the native FMU of the current sources."""
+    digest = hashlib.sha256(_describe(builder, ""))
+    for name, data in sorted(_sources(builder.fmi, "").items()):
+        digest.update(name.encode() + b"\0" + hashlib.sha256(data).digest())
+    return str(uuid.uuid5(uuid.NAMESPACE_URL, f"golf-impact/native/{digest.hexdigest()}"))
+
+
+def _describe(builder: Builder, token: str) -> bytes:
+    tool = f"golf-impact {golf_physics.__version__} (native)"
+    others = _co_simulation(builder)
+    return builder.describe(sources=["all.c"], tool=tool, token=token, **others)
 
 
 def _co_simulation(builder: Builder) -> dict[str, object]:
@@ -200,24 +228,27 @@ def advice() -> str:
     return f"ziglang {ZIGLANG} compiles for all platforms: {install_command('native')}"
 
 
-def _binaries(fmi: int, model: str, sources: dict[str, bytes]) -> Iterator[tuple[str, bytes]]:
+def _binaries(
+    targets: Iterable[Target], fmi: int, model: str, sources: dict[str, bytes]
+) -> Iterator[tuple[str, bytes]]:
     """Libraries by their names in the FMU."""
     made: dict[str, dict[str, bytes]] = {}
-    for target in _targets(fmi):
+    for target in targets:
         path = f"binaries/{target.folders[fmi]}/{model}{target.suffix}"
         made.setdefault(path, {})[target.machine[1]] = _library(target, sources, model)
     for path, slices in made.items():
         yield path, mach_o.universal(slices) if len(slices) > 1 else next(iter(slices.values()))
 
 
-def _targets(fmi: int) -> list[Target]:
-    if _ziglang():
+def _targets(fmi: int, here: bool) -> list[Target]:
+    if _ziglang() and not here:
         return [target for target in TARGETS if fmi in target.folders]
-    machine = platform.system(), platform.machine()
-    mine = [target for target in TARGETS if target.machine == machine]
+    mine = [target for target in TARGETS if " ".join(target.machine) == this_machine()]
+    if here:
+        mine = [t._replace(folders={2: f"{t.machine[0].lower()}64", **t.folders}) for t in mine]
     if mine and fmi not in mine[0].folders:
-        raise NativeError(f"--native is refused for FMI 2.0 on {' '.join(machine)}: use --fmi 3")
-    if not mine or shutil.which(_cc()) is None:
+        raise NativeError(f"--native is refused for FMI 2.0 on {this_machine()}: use --fmi 3")
+    if not mine or (_ziglang() is None and shutil.which(_cc()) is None):
         raise NativeError(
             f"--native needs a C compiler: {advice()}; for this platform alone {_cc()} does, if it "
             "is installed"
@@ -260,9 +291,9 @@ def _timeless(dll: bytes) -> bytes:
     return dll[:time] + bytes(4) + dll[time + 4 :]
 
 
-def _notices(fmi: int) -> Iterator[tuple[str, bytes]]:
+def _notices(targets: Iterable[Target]) -> Iterator[tuple[str, bytes]]:
     """Licences of what zig links, by name."""
     zig = _ziglang()
-    for target in _targets(fmi) if zig else ():
+    for target in targets if zig else ():
         for name, file in target.notices.items():
             yield name, (zig / file).read_bytes()  # type: ignore[operator]

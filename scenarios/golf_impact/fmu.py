@@ -20,7 +20,7 @@ from fmpy import fmi2
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 
-from golf_build import packaging, system
+from golf_build import archive, native, packaging, system
 from golf_build.fmi2 import BUILDER as FMI2
 from golf_build.fmi3 import BUILDER as FMI3
 from golf_impact.errors import MissingFileError, UserError, first_line, unknown_name
@@ -66,18 +66,47 @@ def default_path(builder: packaging.Builder | system.System) -> Path:
 def current_fmu(name: str = "ClubBallImpact", fmi: int = 2) -> Path:
     """The file of an FMU of the current sources, built if it is missing or out of date.
 
+    Where pythonfmu has no binary it is the native FMU of ClubBallImpact.
+
     Args:
         name: ClubBallImpact, Swing, Launch or BallFlight.
         fmi: version of FMI; 3 for ClubBallImpact alone.
 
     Raises:
         UserError: there is no such FMU, or the file can't be written.
+        MissingFileError: it doesn't run on this machine.
     """
-    return _current(builder_of(name, fmi))
+    builder = builder_of(name, fmi)
+    if native.pythonfmu_runs_here():
+        return _current(builder)
+    if name != "ClubBallImpact":
+        raise MissingFileError(f"pythonfmu has no binary for {native.this_machine()}: no {name}")
+    return current_native(builder)
+
+
+def current_native(builder: packaging.Builder = FMI2) -> Path:
+    """The native FMU of the current sources, built for this machine if necessary.
+
+    UserError: there is no compiler, or the file can't be written.
+    """
+    path = default_path(builder)
+    path = path.with_name(f"{builder.name}{native.SUFFIX}.fmu")
+    current = packaging.guid_in(path) == native.guid(builder)
+    if current and native.this_machine() in native.binaries_of(archive.unpack(path)):
+        return path
+    try:
+        with _writing(path):
+            native.build(builder, path, here=True)
+    except native.NativeError as error:
+        raise UserError(str(error)) from error
+    print(f"Built {path}, for {native.this_machine()} alone.", file=sys.stderr)
+    return path
 
 
 def current_system() -> Path:
     """GolfSwing.ssp of the current sources, built if necessary; see `current_fmu`."""
+    if not native.pythonfmu_runs_here():
+        raise MissingFileError(f"pythonfmu has no binary for {native.this_machine()}: no SSP")
     return _current(system.SYSTEM)
 
 
@@ -87,15 +116,21 @@ def _current(builder: packaging.Builder | system.System) -> Path:
         return path
     why = "its sources have changed" if found else "it was damaged"
     why = why if os.path.exists(path) else "it was missing"
-    try:
+    with _writing(path):
         builder.build(path)
+    print(f"Built {path}: {why}.", file=sys.stderr)
+    return path
+
+
+@contextmanager
+def _writing(path: Path) -> Iterator[None]:
+    try:
+        yield
     except OSError as error:
         raise UserError(
             f"can't write {path} ({error.strerror or error}): build it elsewhere, with "
             "`golf-impact build --out FILE`, and use it by --fmu FILE"
         ) from error
-    print(f"Built {path}: {why}.", file=sys.stderr)
-    return path
 
 
 @contextmanager

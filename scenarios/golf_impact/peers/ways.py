@@ -1,6 +1,7 @@
 """Ways to compute S, COR and E of the document's impact, as `bench` compares them."""
 
-from collections.abc import Callable, Sequence
+import ctypes
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -8,14 +9,17 @@ from typing import Any, NamedTuple
 import fmpy
 
 from golf_impact.fmu import Impact
-from golf_impact.peers import dop853, empty_fmu
+from golf_impact.peers import dop853, empty_fmu, fmus
 
 METRICS = ["smash_factor", "coefficient_of_restitution", "energy_efficiency"]
 
 #: A communication step longer than the contact, s.
 STEP = 1e-3
 
-OURS, EMPTY = "this FMU", "empty pythonfmu FMU"
+OURS, NATIVE, EMPTY = "this FMU", "native FMU", "empty pythonfmu FMU"
+
+#: In a call of a way in C.
+IMPACTS = 100
 
 #: From k (N/m) to S, COR and E.
 Solve = Callable[[float], Sequence[float]]
@@ -27,25 +31,84 @@ class Way(NamedTuple):
     name: str
     called: str  #: how, in words
     prepare: Callable[[int], Solve]  #: what is needed only once, for a law
+    impacts: int = 1  #: that a call computes
 
 
-def by_restored_state(impact: Impact) -> Way:
+def compared(
+    impact: Impact, in_c: Impact | None, folder: str, quick: bool
+) -> tuple[list[Way], list[Way]]:
+    """The rows of the tables, the first of which is the unit of the ratios; points of curves.
+
+    Args:
+        impact: the FMU.
+        in_c: the native FMU, if it is compared.
+        folder: for what is built.
+        quick: fewer points.
+    """
+    stepped, empty = fmus.extract_peers(folder)
+    *_, fastest = stepped.items()
+    slave = impact.instance
+    restore = partial(slave.setFMUstate, slave.getFMUstate())
+    rows = [
+        by_restored_state(impact),
+        by_simulate_fmu(impact, "state restored", slave, restore),
+        by_simulate_fmu(impact, "instance reset", slave, slave.reset),
+        by_simulate_fmu(impact, "a new instance"),
+        *(by_sub_steps(*each, order=1, dt=0.5e-6) for each in stepped.items()),
+        by_sub_steps(*fastest, order=4, dt=5e-6),
+        by_dop853(1e-12),
+    ]
+    if in_c:
+        calls = fmus.compile_calls(folder)
+        rows += [
+            by_restored_state(in_c, NATIVE),
+            by_restored_state_in_c(in_c, NATIVE, calls),
+            by_sub_steps(*fastest, order=1, dt=0.5e-6, calls=calls),
+        ]
+    rows += [by_empty_fmu(empty)] if empty else []
+    spaces = 4 if quick else 16
+    sub_steps = [*(10.0 ** -(5 + 2 * n / spaces) for n in range(spaces + 1)), 1e-8, 1e-9]
+    points = [by_sub_steps(*fastest, order, dt) for order in (1, 4) for dt in sub_steps]
+    return rows, points + [by_dop853(10.0**-n) for n in range(3, 14, 5 if quick else 1)]
+
+
+def by_restored_state(impact: Impact, name: str = OURS) -> Way:
     """One doStep from a saved state: the fewest and cheapest FMI calls."""
-    slave, at = impact.instance, impact.references
+    at = impact.references
 
     def prepare(law: int) -> Solve:
-        slave.reset()
-        slave.setupExperiment()
-        slave.enterInitializationMode()
-        slave.setInteger([at["law"]], [law])
-        slave.exitInitializationMode()
-        return partial(_solve, slave, slave.getFMUstate(), [at["k"]], [at[x] for x in METRICS])
+        start = _start(impact, law)
+        return partial(_solve, impact.instance, start, [at["k"]], [at[x] for x in METRICS])
 
-    return Way(OURS, "state restored, k set, doStep, getReal", prepare)
+    return Way(name, "state restored, k set, doStep, getReal", prepare)
+
+
+def by_restored_state_in_c(impact: Impact, name: str, calls: Path) -> Way:
+    """The same calls in C, by the library of impacts.c."""
+
+    def prepare(law: int) -> Solve:
+        return _calls(calls, impact.instance, impact.references, _start(impact, law))
+
+    return Way(name, "in C: state restored, k set, doStep, getReal", prepare, IMPACTS)
+
+
+def _start(impact: Impact, law: int) -> Any:
+    """The state after initialization."""
+    slave = impact.instance
+    slave.reset()
+    slave.setupExperiment()
+    slave.enterInitializationMode()
+    slave.setInteger([impact.references["law"]], [law])
+    slave.exitInitializationMode()
+    return slave.getFMUstate()
 
 
 def by_simulate_fmu(
-    impact: Impact, called: str, instance: Any = None, begin: Callable[[], Any] = lambda: None
+    impact: Impact,
+    called: str,
+    instance: Any = None,
+    begin: Callable[[], Any] = lambda: None,
+    name: str = OURS,
 ) -> Way:
     """fmpy.simulate_fmu in one step: extracted, in this instance after `begin`, or in a new one."""
 
@@ -65,21 +128,29 @@ def by_simulate_fmu(
 
         return solve
 
-    return Way(OURS, f"simulate_fmu, {called}", prepare)
+    return Way(name, f"simulate_fmu, {called}", prepare)
 
 
-def by_sub_steps(language: str, folder: Path, order: int, dt: float) -> Way:
-    """An extracted SteppedImpact.fmu: all sub-steps of `dt` s inside one doStep."""
+def by_sub_steps(
+    language: str, folder: Path, order: int, dt: float, calls: Path | None = None
+) -> Way:
+    """An extracted SteppedImpact.fmu: all sub-steps of `dt` s inside one doStep.
+
+    `calls` is the library of impacts.c, for the calls in C.
+    """
 
     def prepare(law: int) -> Solve:
         slave, at = _instance(folder)
         slave.setInteger([at["law"], at["order"]], [law, order])
         slave.setReal([at["dt"]], [dt])
         slave.exitInitializationMode()
+        if calls:
+            return _calls(calls, slave, at, None)
         return partial(_solve, slave, None, [at["k"]], [at[name] for name in METRICS])
 
     name = f"{'explicit Euler' if order == 1 else 'Runge–Kutta 4'}, {language} FMU"
-    return Way(name, f"k set, doStep of {1e6 * dt:.2g} µs sub-steps, getReal", prepare)
+    called = f"{'in C: ' if calls else ''}k set, doStep of {1e6 * dt:.2g} µs sub-steps, getReal"
+    return Way(name, called, prepare, IMPACTS if calls else 1)
 
 
 def by_dop853(rtol: float) -> Way:
@@ -117,3 +188,22 @@ def _solve(
     slave.setReal(reference, [k])
     slave.doStep(0.0, STEP)
     return slave.getReal(outputs)
+
+
+def _calls(library: Path, slave: Any, at: Mapping[str, int], start: Any) -> Solve:
+    """IMPACTS impacts in C, the last with the given stiffness (N/m)."""
+    run, values = ctypes.CDLL(str(library)).impacts, (ctypes.c_double * 3)()
+    outputs = (ctypes.c_uint * 3)(*(at[name] for name in METRICS))
+    functions = [
+        ctypes.cast(getattr(slave.dll, f"fmi2{name}"), ctypes.c_void_p)
+        for name in ("SetFMUstate", "SetReal", "DoStep", "GetReal")
+    ]
+    stiffness = ctypes.byref(ctypes.c_uint(at["k"]))
+    component = ctypes.c_void_p(slave.component)
+
+    def solve(k: float) -> Sequence[float]:
+        number = ctypes.c_double(k)
+        run(IMPACTS, component, start, number, stiffness, outputs, values, *functions)
+        return list(values)
+
+    return solve
