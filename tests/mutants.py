@@ -12,8 +12,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = (
     *(f"fmu_src/golf_physics{name}" for name in ("", "/component", "/laws", "/numerics")),
     "fmu_src/golf_physics/companions",
-    *(f"scenarios/golf_impact/{name}" for name in ("arrays", "calibration", "sweeps")),
-    "scenarios/golf_impact/report",
+    *(f"scenarios/golf_impact/{name}" for name in ("arrays", "calibration")),
 )
 _OPERATORS = {
     ast.Add: ("+", "-"), ast.Sub: ("-", "+"), ast.Mult: ("*", "/"), ast.Div: ("/", "*"),
