@@ -66,7 +66,7 @@ def test_vdmcheck_finds_no_problem(vdmcheck, request, system_files, fmu_path, tm
 
 
 def test_its_dependencies_are_named(fmu, content):
-    """Without Python there are none; every other library that a plain binary loads is in the text."""
+    """Every library that a plain binary loads, and Python; other FMUs need none."""
     name, alone = "documentation/externalDependencies.txt", is_standalone(fmu) or is_native(fmu)
     assert (name in content) != alone
     if alone:
