@@ -11,8 +11,10 @@ import zipfile
 
 import fmpy
 import pytest
-from command import run_python
+from command import run, run_python
 from conftest import HEADERS, HERE, build_native, some
+from fmpy.fmi1 import FMICallException
+from instances import make_instance
 from native_cases import KINDS
 
 from golf_build import native
@@ -105,6 +107,50 @@ def test_sanitizers_are_silent(library, unpacked, tmp_path, kind):
     options = {"LD_PRELOAD": asan, "ASAN_OPTIONS": "detect_leaks=0"}
     _, different = compared((str(out), library[1]), kind, 10, 3, **options)
     assert not different
+
+
+def test_a_host_that_traps_floating_point_exceptions(library, unpacked, tmp_path):
+    """None occurs, whatever the values; and NULL is no crash."""
+    compiler, out = _compiler(), tmp_path / "traps"
+    command = [compiler, "-std=c99", "-O1", "-w", f"-I{unpacked}/sources"]
+    command += [HERE / "native_host/traps.c", "-o", out, "-lm"]
+    subprocess.run(command, check=True)
+    assert run(out, "1500", "1").stdout == "done\n"
+
+
+def test_illegal_calls_are_errors(library, unpacked):
+    slave = make_instance(unpacked)
+    slave.setupExperiment(startTime=0.0, stopTime=1e-3)
+    slave.enterInitializationMode()
+    slave.exitInitializationMode()
+    reference = slave.references
+    state = slave.getFMUstate()
+    data = slave.serializeFMUstate(state)
+    for call, *arguments in (
+        (slave.getReal, [999]),
+        (slave.getReal, [reference["touched"]]),
+        (slave.setReal, [reference["smash_factor"]], [1.0]),
+        (slave.setReal, [reference["m_club"]], [0.3]),
+        (slave.setReal, [reference["k"], 999], [1e6, 1.0]),
+        (slave.enterInitializationMode,),
+        (slave.exitInitializationMode,),
+        (slave.setupExperiment,),
+        (slave.deSerializeFMUstate, data[:-1]),
+        (slave.deSerializeFMUstate, bytes(len(data))),
+        (slave.setFMUstate, None),
+        (slave.doStep, 0.0, 1e-3 * (1 + 2e-6)),
+    ):
+        with pytest.raises(FMICallException) as raised:
+            call(*arguments)
+        assert raised.value.status == 3, call
+    slave.setFMUstate(state)
+    slave.doStep(0.0, 1e-3 * (1 + 5e-7))
+    slave.setFMUstate(state)
+    slave.setReal([reference["k"]], [-1.0])
+    with pytest.raises(FMICallException, match="discard"):
+        slave.doStep(0.0, 1e-4)
+    slave.freeFMUstate(state)
+    slave.freeInstance()
 
 
 def _compiler():
