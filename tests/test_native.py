@@ -19,6 +19,7 @@ from conftest import EXPECTED, HEADERS, HERE, HOST_TASKS, LAW_1, LAW_2_CONTACT, 
 from fmpy.fmi1 import FMICallException
 from golf_physics.component.component import Component
 from golf_physics.variables import VARIABLES
+from instances import make_instance
 
 import golf_impact.fmu
 from golf_build import native
@@ -263,6 +264,52 @@ def test_this_machines_compiler_builds_for_it_alone(monkeypatch, compiled, tmp_p
         fmu.start(law=2)
         fmu.step(0.0, 1.0)
         assert fmu.read([*EXPECTED[2]]) == pytest.approx(EXPECTED[2], rel=1e-14)
+
+
+def test_illegal_calls_are_errors(native_path, tmp_path):
+    slave = make_instance(fmpy.extract(str(native_path), str(tmp_path / "fmu")))
+    slave.setupExperiment(startTime=0.0, stopTime=1e-3)
+    slave.enterInitializationMode()
+    slave.exitInitializationMode()
+    reference = slave.references
+    state = slave.getFMUstate()
+    data = slave.serializeFMUstate(state)
+    for call, *arguments in (
+        (slave.getReal, [999]),
+        (slave.getReal, [reference["touched"]]),
+        (slave.setReal, [reference["smash_factor"]], [1.0]),
+        (slave.setReal, [reference["m_club"]], [0.3]),
+        (slave.setReal, [reference["k"], 999], [1e6, 1.0]),
+        (slave.enterInitializationMode,),
+        (slave.exitInitializationMode,),
+        (slave.setupExperiment,),
+        (slave.deSerializeFMUstate, data[:-1]),
+        (slave.deSerializeFMUstate, bytes(len(data))),
+        (slave.setFMUstate, None),
+        (slave.doStep, 0.0, 1e-3 * (1 + 2e-6)),
+    ):
+        with pytest.raises(FMICallException) as raised:
+            call(*arguments)
+        assert raised.value.status == 3, call
+    slave.setFMUstate(state)
+    slave.doStep(0.0, 1e-3 * (1 + 5e-7))
+    slave.setFMUstate(state)
+    slave.setReal([reference["k"]], [-1.0])
+    with pytest.raises(FMICallException, match="discard"):
+        slave.doStep(0.0, 1e-4)
+    slave.freeFMUstate(state)
+    slave.freeInstance()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="glibc alone traps exceptions")
+def test_a_host_that_traps_floating_point_exceptions(native_path, tmp_path):
+    """None occurs, whatever the values; and NULL is no crash."""
+    if shutil.which("gcc") is None:
+        pytest.skip("there is no gcc on this machine")
+    folder = fmpy.extract(str(native_path), str(tmp_path / "fmu"))
+    command = ["gcc", "-std=c99", "-O1", "-w", f"-I{folder}/sources"]
+    run(*command, HERE / "native_host" / "traps.c", "-o", tmp_path / "traps", "-lm")
+    assert run(tmp_path / "traps", "1500", "1").stdout == "done\n"
 
 
 @pytest.mark.ci

@@ -164,9 +164,11 @@ static int drop(Instance *i, void **state)
 {
     if (!state || !*state) return 1;
     if (!is_saved(i, *state)) return 0;
-    ((Saved *)*state)->itself = NULL;
-    free(*state);
+    /* fmusim passes the state in place of its address: that is what a state begins with. */
+    Saved *s = *state;
     *state = NULL;
+    s->itself = NULL;
+    free(s);
     return 1;
 }
 
