@@ -24,6 +24,8 @@ from golf_physics.variables import (
 from lxml import etree
 from reference_results import FOLDER, reference_results
 
+from golf_impact.doctor import run_here
+
 
 @pytest.fixture(params=FILES)
 def fmu(request):
@@ -75,9 +77,12 @@ def test_its_dependencies_are_named(fmu, content):
 
 
 @pytest.mark.plain
-def test_our_modules_need_the_standard_library_alone(content):
+def test_our_modules_need_the_standard_library_alone(fmu, content):
     """Beside themselves and pythonfmu, which the FMU contains."""
     files = [name for name in content if name.endswith(".py")]
+    assert bool(files) != holds_c(fmu)
+    if holds_c(fmu):
+        return
     modules = {name.split("/")[1].removesuffix(".py") for name in files}
     ours = b"\n".join(content[name] for name in files if "/pythonfmu" not in name).decode()
     imported = set(
@@ -188,7 +193,7 @@ def test_the_reference_results_come_from_the_reference():
 
 
 def test_the_fmu_has_the_reference_results(fmu):
-    found = deviations(fmu)
+    _, found = run_here(fmu)
     assert set(found) == {"law1", "law2", "k_changed"}
     # Measured: 5.3e-16.
     assert max(found.values()) <= 1e-14
@@ -200,6 +205,6 @@ def test_another_result_is_noticed(fmu_path, tmp_path):
         for name in old.namelist():
             # A number of law 2 alone.
             new.writestr(name, old.read(name).replace(b"1.58424971", b"1.58424972", 1))
-    found = deviations(changed)
+    _, found = run_here(changed)
     assert found["law2"] == pytest.approx(6e-9, rel=0.1)
     assert found["law1"] <= 1e-14

@@ -1,7 +1,6 @@
 """What numbers mean: units by dimension, the level of intervals, digits of a source."""
 
 import math
-import re
 from importlib.resources import files as files_of
 
 import fmpy
@@ -13,7 +12,6 @@ from components import stepped
 from golf_physics.companions.double_pendulum import HELD, RELEASED, Golfer, Motion, State
 from golf_physics.variables import MORE_UNITS, VARIABLES
 from instances import get, put
-from page import evaluator  # noqa: F401
 
 from golf_build import BY_NAME, UNITS
 from golf_impact.ball import BALLS
@@ -255,13 +253,6 @@ def test_balls_have_the_digits_of_their_source():
         assert line == [0.86, 0.0029]
     assert BY_NAME["m_ball"].start == round(1.620 * 0.028349523125, 5)
     assert BY_NAME["ball_diameter"].start == round(1.680 * 0.0254, 5)
-
-
-def test_a_yard_is_0_9144_m(evaluator):  # noqa: F811
-    shown = evaluator({"values": {"law": 2, "dynamic_loft": 0.3}})
-    (carry,) = (row for row in shown["readouts"] if row["metric"] == "carry")
-    (yards,) = re.findall(r"(\d+) yd", carry["meaning"])
-    assert int(yards) == round(shown["metrics"]["carry"] / 0.9144)
 
 
 def test_coefficients_of_flight_have_the_digits_of_their_source():

@@ -32,7 +32,7 @@ def test_its_extra_brings_all():
     """What it imports, and Jupyter."""
     text = (FILE.parents[1] / "pyproject.toml").read_text("utf-8")
     table = text.partition("\nlesson = [\n")[2].partition("\n]\n")[0]
-    assert re.findall(r'^    "([a-z]+)', table, re.M) == ["jupyterlab", "scipy"]
+    assert re.findall(r'^    "([a-z]+)', table, re.M) == ["jupyterlab", "lmfit"]
     assert '".[lesson]"' in " ".join(c.source for c in nbformat.read(FILE, as_version=4).cells)
 
 

@@ -53,7 +53,7 @@ import os, signal, sys
 from golf_impact import Impact
 with Impact() as impact:
     impact.start()
-    name = next(name for name in sys.modules if name.endswith(".component.component"))
+    *_, name = (name for name in sys.modules if name.endswith(".component.component"))
     def interrupt(frame, event, argument):
         if event == "call" and frame.f_globals.get("__name__") == name:
             sys.setprofile(None)
