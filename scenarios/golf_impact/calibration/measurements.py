@@ -352,8 +352,8 @@ def _read_series(given: Any, kind: str, columns: str = "") -> Series:
     """A series from a CSV file, a mapping of columns, two or three arrays, or an array of rows."""
     names, units = COLUMNS[kind]
     if isinstance(given, str | Path):
-        table = read_table(Path(given), names, units, columns)
-        kind, read, where = str(given), table.columns, table.where
+        read, where = read_table(Path(given), names, units, columns)
+        kind = str(given)
     else:
         if hasattr(given, "keys"):
             given = [given[name] for name in names if name in given]
