@@ -17,7 +17,7 @@ from lab import AT, BALL, FREE, LINEAR, record
 import golf_impact
 from golf_build.extras import install_command
 from golf_impact.ball import BALLS
-from golf_impact.calibration.fit import ContactLaw, Fit
+from golf_impact.calibration.fit import Fit
 from golf_impact.calibration.intervals import result_intervals
 from golf_impact.calibration.measurements import (
     IMPACT,
@@ -27,6 +27,7 @@ from golf_impact.calibration.measurements import (
     reduced_mass,
 )
 from golf_impact.calibration.measurements import measurements as targets
+from golf_impact.calibration.model import ContactLaw
 from golf_impact.measured import MPH
 
 ROH_LEE = {"ball_speed": 50.0, "club_speed_after": 24.0, "contact_time": 6e-4, "max_force": 6600.0}

@@ -13,7 +13,7 @@ import numpy as np
 from golf_impact.api import run_impacts
 from golf_impact.ball import Ball, ball_toml
 from golf_impact.calibration import report
-from golf_impact.calibration.fit import ContactLaw, Estimate, Fit, chance_of
+from golf_impact.calibration.fit import Estimate, Fit, chance_of
 from golf_impact.calibration.intervals import standard_errors
 from golf_impact.calibration.measurements import (
     IMPACT,
@@ -22,6 +22,7 @@ from golf_impact.calibration.measurements import (
     measurements,
     number,
 )
+from golf_impact.calibration.model import ContactLaw
 from golf_impact.errors import UserError
 from golf_impact.files import write
 from golf_impact.quantities import (
@@ -55,7 +56,6 @@ class Calibration:
         covariance: of the parameters, (p, p); 0 for one at its limit.
         chi_squared, degrees_of_freedom: of the fit.
         residuals: (model − measured)/σ of `targets`, `curve` and `cor_speeds`.
-        baselines: of each curve the sensor's offset and drift in its rows, N.
         fits: the laws compared, as far as they could be fitted.
         apart: the same law with a stiffness for each of several curves; otherwise None.
         stiffnesses: these by curve; chance_apart: the probability that they differ as much by
@@ -100,7 +100,6 @@ class Calibration:
         self.chi_squared, self.degrees_of_freedom = best.chi_squared, best.degrees_of_freedom
         groups = ["targets"] * bool(data.targets) + [*data.series]
         self.residuals = {name: best.residuals[data.groups[name]] for name in groups}
-        self.baselines = {name: best.baseline(name, one) for name, one in data.curves.items()}
         if speeds is None:
             own = [one.impact["club_speed"] for one in data.curves.values()]
             own = own or [data.impact["club_speed"]]
@@ -205,7 +204,9 @@ class Calibration:
 
     def fit_report(self) -> str:
         """lmfit's report: statistics, parameters that aren't rounded, correlations."""
-        return self.fit.fit_report()
+        import lmfit
+
+        return lmfit.fit_report(self.result)
 
     def draw(self) -> Any:
         """The figure, a `matplotlib.figure.Figure`: data, fit with 95 % bands, and residuals."""

@@ -18,7 +18,11 @@ RANGES = {
 }  # fmt: skip
 
 #: Steps of differences, relative, and the least values that they are relative to.
-_STEP, _LEAST = 1e-5, {"b": 10.0, "restitution_slope": 1e-3, "club_force": 100.0}
+_STEP = 1e-5
+_LEAST = {
+    "b": 10.0, "restitution_slope": 1e-3,
+    **dict.fromkeys(("club_force", "touch", "offset", "drift"), 100.0),
+}  # fmt: skip
 
 
 def step_of(name: str, value: float) -> float:

@@ -169,7 +169,29 @@ class Measurements:
         self.groups = {
             name: slice(end - len(part), end) for (name, part), end in zip(parts.items(), ends)
         }
+        known = [one.sigma for one in (*targets.values(), *self.priors.values())]
+        self.sigma = np.concatenate(
+            [
+                known[: len(targets)],
+                *(
+                    np.full(len(one.y), 0.01 * one.force.max()) if one.sigma is None else one.sigma
+                    for one in self.series.values()
+                ),
+                known[len(targets) :],
+            ]
+        )
         self.sized = bool(curves) or any(name not in RESTITUTION for name in targets)
+
+    def thinned(self, rows: int) -> Measurements:
+        """These, with curves of so many rows or an eighth and free heads; if there are any."""
+        if not any(len(one.x) > rows or one.impact["club_force"] for one in self.curves.values()):
+            return self
+        curves = [
+            replace(one.around_contact(rows), impact={**one.impact, "club_force": 0.0})
+            for one in self.curves.values()
+        ]
+        impact = {**self.impact, "club_force": 0.0}
+        return Measurements(self.targets, curves, self.cor_speeds, impact, self.priors)
 
 
 def reduced_mass(impact: Mapping[str, float]) -> float:
