@@ -17,6 +17,7 @@ from lab import AT, BALL, FREE, LINEAR, record
 import golf_impact
 from golf_build.extras import install_command
 from golf_impact.ball import BALLS
+from golf_impact.calibration.curves import reduced_mass
 from golf_impact.calibration.fit import Fit
 from golf_impact.calibration.intervals import result_intervals
 from golf_impact.calibration.measurements import (
@@ -24,7 +25,6 @@ from golf_impact.calibration.measurements import (
     TARGETS,
     Measured,
     Measurements,
-    reduced_mass,
 )
 from golf_impact.calibration.measurements import measurements as targets
 from golf_impact.calibration.model import ContactLaw

@@ -14,10 +14,9 @@ from golf_impact.api import run_impacts
 from golf_impact.ball import Ball, ball_toml
 from golf_impact.calibration import report
 from golf_impact.calibration.fit import Estimate, Fit, chance_of
-from golf_impact.calibration.intervals import standard_errors
+from golf_impact.calibration.intervals import RANGES, standard_errors
 from golf_impact.calibration.measurements import (
     IMPACT,
-    LAW_PARAMETERS,
     Measurements,
     measurements,
     number,
@@ -173,7 +172,7 @@ class Calibration:
             of_ball.add("m_ball")
         conditions = {n: fit.values[n] for n in IMPACT if n != "m_ball" and fit.values[n]}
         limits = report.describe_limits(self.parameters)
-        known = [n for n in self.parameters if n in LAW_PARAMETERS and n not in limits]
+        known = [n for n in self.parameters if n in RANGES and n not in limits]
         places = [[*self.parameters].index(name) for name in known]
         return Ball(
             name="calibrated",
@@ -287,8 +286,8 @@ def calibrate(
         UserError: measurements are impossible or too few.
     """
     fixed = {name if name != "n" else "exponent": value for name, value in (fix or {}).items()}
-    if other := [name for name in fixed if name not in LAW_PARAMETERS]:
-        raise UserError(f"fix {other[0]} is refused: choose from n, {', '.join(LAW_PARAMETERS)}")
+    if other := [name for name in fixed if name not in RANGES]:
+        raise UserError(f"fix {other[0]} is refused: choose from n, {', '.join(RANGES)}")
     fixed = {name: number(value, name, "fix") for name, value in fixed.items()}
     priors = {name if name != "n" else "exponent": value for name, value in (prior or {}).items()}
     exponent = fixed.pop("exponent", "free" if "exponent" in priors else exponent)

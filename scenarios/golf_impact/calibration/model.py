@@ -12,8 +12,9 @@ import numpy as np
 
 from golf_impact.api import run_impact, run_trajectory
 from golf_impact.arrays.impacts import closed_contact
+from golf_impact.calibration.curves import reduced_mass
 from golf_impact.calibration.intervals import RANGES, ends_of
-from golf_impact.calibration.measurements import IMPACT, TARGETS, Measurements, number, reduced_mass
+from golf_impact.calibration.measurements import IMPACT, TARGETS, Measurements, number
 from golf_impact.errors import UserError, missing_package
 from golf_impact.quantities import LAWS_IN_WORDS
 

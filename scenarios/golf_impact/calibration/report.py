@@ -10,7 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from golf_build import VERSION
-from golf_impact.calibration.measurements import BASELINES, DEFAULT_SIGMA, IMPACT, TARGETS, Measured
+from golf_impact.calibration.curves import BASELINES
+from golf_impact.calibration.measurements import DEFAULT_SIGMA, IMPACT, TARGETS, Measured
 from golf_impact.quantities import QUANTITIES, Quantity, format_unit, format_with_error
 from golf_impact.units import unit_of
 
