@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -78,7 +78,6 @@ class Fit:
         data: Measurements,
         law: ContactLaw,
         apart: bool = False,
-        tick: Callable[[], object] = lambda: None,
         fixed: Mapping[str, float] | None = None,
         profile: bool = False,
     ) -> None:
@@ -88,7 +87,7 @@ class Fit:
         self.estimated = [name for name, one in data.series.items() if one.sigma is None]
         alone = len(data.series) == 1 and not data.targets and not data.priors
         with np.errstate(all="ignore"):
-            result = _minimum(problem, tick)
+            result = _minimum(problem)
             for _ in range(3 if self.estimated else 0):
                 self._estimate_sigma(problem, result)
                 if alone:
@@ -250,17 +249,16 @@ def _minimizer(
     return found
 
 
-def _minimum(problem: Problem, tick: Callable[[], object], tolerance: float = 0.0) -> Any:
+def _minimum(problem: Problem, tolerance: float = 0.0) -> Any:
     """lmfit's result of the best minimum; of several that are as good, the least damped one."""
 
     def solve(params: lmfit.Parameters, tolerance: float) -> Any:
-        tick()
         return _minimizer(problem, params, tolerance).least_squares()
 
     thin, starts = problem.data.thinned(_FEW), problem.starts()
     if thin is not problem.data:
         thinner = Problem(thin, problem.law, problem.apart, problem.fixed)
-        starts = [_shifted(problem, _minimum(thinner, tick, 1e-5).params)]
+        starts = [_shifted(problem, _minimum(thinner, 1e-5).params)]
     elif problem.data.curves:
         starts = sorted(starts, key=lambda params: _cost(problem, params))[:3]
         best = min((solve(one, 1e-2) for one in starts), key=lambda one: one.chisqr)
