@@ -12,7 +12,7 @@ import pytest
 from command import golf, golf_here, refused
 from compare import assert_close
 from conftest import numbers
-from lab import AT, BALL, FREE, LINEAR, record
+from lab import AT, FREE, LINEAR, record
 
 import golf_impact
 from golf_build.extras import install_command
@@ -269,10 +269,3 @@ def test_progress():
     )
     assert [percent for percent, _ in seen] == [0.0, 25.0, 50.0, 75.0]
     assert seen[0][1] == "Kelvin–Voigt"
-
-
-def test_the_curve_of_the_ball_is_that_of_the_fmu():
-    """What records are made of, by another path than the fit's."""
-    assert golf_impact.run_impact(["max_force"], **BALL, **AT)["max_force"] == pytest.approx(
-        record(4000, noise=0.0)[1].max(), rel=1e-5
-    )

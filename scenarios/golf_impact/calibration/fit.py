@@ -52,21 +52,18 @@ class Fit:
         result: lmfit's `MinimizerResult`, not rounded; touch is in µs since a curve's origin, drift
             in N/ms.
         values: the FMU's inputs and parameters of this impact, SI units.
-        parameters: those of them that were fitted, as `Estimate`.
-        covariance, correlations: of the parameters, (p, p); 0 for one at its limit.
+        parameters, covariance, correlations: of the fitted ones; 0 for one at its limit.
         curves: of each curve `touch`, the instant by its clock (s), and, as far as its sensor has
             them, `offset` (N) and `drift` (N/s).
-        rms: residuals of each series, root mean square in its unit.
-        is_exact: whether residuals are rounding, of which a comparison of laws would be one.
         predicted: scalar targets as the physics gives them.
         residuals, sigma: (model − measured)/σ of all measured values, and their σ, (n,).
+        rms: residuals of each series, root mean square in its unit.
         estimated: the series whose σ follows from the residuals.
-        row_correlations: lag-1 autocorrelations of residuals in contact, where they aren't chance;
-            standard errors are enlarged for them as those of an AR(1) process, if σ is estimated.
-        degrees_of_freedom: measured values less fitted parameters, the instant of touch among them.
+        row_correlations: lag-1 autocorrelations of residuals in contact, where they aren't chance.
         probability: of a larger χ² if law and σ are right; None if χ² has no meaning.
         deviance, aic: −2 ln(likelihood), but for a constant, and Akaike's criterion.
         coverage: half the width of a 95 % interval in standard errors: Student's t or normal.
+        is_exact: whether residuals are rounding, of which a comparison of laws would be one.
 
     Raises:
         UserError: the measurements don't determine the law's parameters, or no contact that ends
@@ -154,8 +151,8 @@ class Fit:
             if name in data.series
         }
         exact = [self.rms[name] < 1e-6 * one.force.max() for name, one in data.series.items()]
-        scalars = self.residuals[data.groups["targets"]]
-        self.is_exact = all(exact) and bool(np.all(np.abs(scalars) < 0.01))
+        exact.append(np.abs(self.residuals[data.groups["targets"]]).max(initial=0.0) < 0.01)
+        self.is_exact = all(exact)
 
     def _estimate_sigma(self, problem: Problem, result: Any) -> None:
         """σ of the series without: residuals over rows less the parameters that they determine."""
@@ -172,7 +169,7 @@ class Fit:
             problem.sigma[rows] *= max(math.sqrt(np.sum(residuals**2) / freedom), least)
 
     def _enlarge_sigma(self, problem: Problem, result: Any) -> None:
-        """Estimated σ so that independent rows determine as much as correlated ones (AR(1))."""
+        """Estimated σ so that independent rows determine as much as correlated ones (AR(1)) do."""
         self.row_correlations = {}
         for name, curve in problem.data.curves.items():
             rows = problem.data.groups[name]

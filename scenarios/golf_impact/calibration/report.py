@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from itertools import combinations
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -15,9 +15,6 @@ from golf_impact.calibration.fit import Estimate
 from golf_impact.calibration.measurements import DEFAULT_SIGMA, IMPACT, TARGETS
 from golf_impact.quantities import QUANTITIES, Quantity, format_unit, format_with_error
 from golf_impact.units import unit_of
-
-if TYPE_CHECKING:
-    from golf_impact.calibration.calibration import Calibration
 
 #: What is worth a sentence: a χ² that law and σ exceed less often, an AIC lower by this.
 _UNLIKELY, _BETTER = 0.01, 2.0
@@ -46,7 +43,7 @@ def describe_limits(parameters: Mapping[str, Estimate]) -> dict[str, str]:
     return words
 
 
-def sentences(calibration: Calibration) -> list[str]:
+def sentences(calibration: Any) -> list[str]:
     """What the numbers say."""
     fit, data, words = calibration.fit, calibration.data, []
     for name, end in describe_limits(fit.parameters).items():
@@ -101,7 +98,7 @@ def sentences(calibration: Calibration) -> list[str]:
     return [*words, f"Correlations: {', '.join(pairs)}."] if pairs else words
 
 
-def _baseline(calibration: Calibration, name: str) -> str:
+def _baseline(calibration: Any, name: str) -> str:
     """What is subtracted from a curve."""
     curve, found = calibration.data.curves[name], calibration.fit.curves[name]
     if not curve.baseline:
@@ -114,7 +111,7 @@ def _baseline(calibration: Calibration, name: str) -> str:
     return f"baseline linear, {offset} and a drift of {size} N over the record are subtracted"
 
 
-def tables(calibration: Calibration) -> list[Table]:
+def tables(calibration: Any) -> list[Table]:
     """Parameters, measurements, predictions, and the comparison of laws; none is empty."""
     fit, data = calibration.fit, calibration.data
     square = f"χ² = {_chi(fit.chi_squared)}, degrees of freedom {fit.degrees_of_freedom}"
@@ -139,7 +136,7 @@ def tables(calibration: Calibration) -> list[Table]:
     return [table for table in found if table[2]]
 
 
-def _found(calibration: Calibration) -> list[list[str]]:
+def _found(calibration: Any) -> list[list[str]]:
     found, rows = dict(calibration.parameters), []
     for curve, own in calibration.fit.curves.items():
         number = curve.removeprefix("curve")
@@ -153,7 +150,7 @@ def _found(calibration: Calibration) -> list[list[str]]:
     return rows
 
 
-def _measured(calibration: Calibration) -> list[list[str]]:
+def _measured(calibration: Any) -> list[list[str]]:
     fit, data = calibration.fit, calibration.data
     model = data.values + fit.residuals * fit.sigma
 
@@ -177,7 +174,7 @@ def _measured(calibration: Calibration) -> list[list[str]]:
     return rows + scalars("priors", priors)
 
 
-def _predictions(calibration: Calibration) -> list[list[str]]:
+def _predictions(calibration: Any) -> list[list[str]]:
     rows = [[f"{speed:g}"] for speed in calibration.speeds]
     for interval in calibration.predictions.values():
         for row, value, low, high in zip(rows, *interval):
@@ -188,7 +185,7 @@ def _predictions(calibration: Calibration) -> list[list[str]]:
     return rows
 
 
-def _laws(calibration: Calibration) -> list[list[str]]:
+def _laws(calibration: Any) -> list[list[str]]:
     # Nothing is ranked by rounding.
     ranked = [law.aic for law in calibration.fits if not law.is_exact]
     exact, rows = len(ranked) < len(calibration.fits), []
@@ -200,7 +197,7 @@ def _laws(calibration: Calibration) -> list[list[str]]:
     return rows
 
 
-def as_json(calibration: Calibration) -> dict[str, Any]:
+def as_json(calibration: Any) -> dict[str, Any]:
     """All of it, for calibrate.json (SI units); null where something isn't defined."""
     fit, data = calibration.fit, calibration.data
     targets = [
