@@ -61,10 +61,7 @@ def read_table(
     lines = _lines(path)
     wanted = [_head(cell) for cell in chosen.split(",")][: len(names)] if chosen else []
     fits = [{one.name} for one in wanted] or [{name} | _ALIASES.get(name, set()) for name in names]
-    try:
-        heads, first, header = _header(lines[:_SEARCHED], fits if wanted else fits[:-1])
-    except csv.Error as error:
-        raise UserError(f"can't read {path}: {error}") from error
+    heads, first, header = _header(lines[:_SEARCHED], fits if wanted else fits[:-1])
     count = len(_cells(lines[first])) if first < len(lines) else 0
     have = f"its header is {header!r}" if header else "it has no header"
     places, factors = [], []
@@ -126,9 +123,12 @@ def read_cells(path: Path) -> list[tuple[int, list[str]]]:
 def _lines(path: Path) -> list[str]:
     try:
         # Instruments write µ in their own 8 bits.
-        return path.read_text(encoding="utf-8-sig", errors="replace").split("\n")
+        lines = path.read_text(encoding="utf-8-sig", errors="replace").split("\n")
     except OSError as error:
         raise UserError(f"can't read {path}: {error.strerror}") from error
+    if max(map(len, lines)) > (most := csv.field_size_limit()):
+        raise UserError(f"can't read {path}: a line has more than {most} characters")
+    return lines
 
 
 def _data(line: str) -> str:
