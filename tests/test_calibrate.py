@@ -167,7 +167,9 @@ def test_what_is_fixed_and_profiles():
     (row,) = (words for words in found.words if words.startswith("Correlations: "))
     assert f"C(k, n) = −{-found.fit.correlations[0, 2]:.2f}" in row
     # Touch lies between two rows, where χ² has cusps: the intervals are narrower than linear ones.
-    for one in found.parameters.values():
+    # Those of a wrong law are enlarged for correlated residuals.
+    wrong = golf_impact.calibrate(curve=record(200), profile=True, **AT)
+    for one in (*found.parameters.values(), wrong.parameters["k"]):
         low, high = one.interval
         assert 0.5 < (high - low) / (2.0 * found.fit.coverage * one.standard_error) < 1.05
     scalars = golf_impact.calibrate(cor=0.743, contact_time=6e-4, profile=True).parameters["k"]

@@ -98,6 +98,9 @@ class Fit:
         free = [*result.var_names, *ends]
         if result.covar is None or not np.all(result.covar.diagonal() > 0.0):
             raise UserError(f"{law.title}: these measurements don't determine {', '.join(free)}")
+        of_law = [name for name in problem.names if name in free]
+        # With the same σ as the result.
+        profiles = _profiles(minimizer, result, of_law) if profile else {}
         params = result.params.copy()
         for name, size in zip(result.var_names, np.linalg.norm(result.jac, axis=0)):
             if name in problem.names:
@@ -118,16 +121,14 @@ class Fit:
             half = self.coverage * error
             return Estimate(value, error, (value - half, value + half))
 
-        of_law = [name for name in problem.names if name in free]
         self.parameters = {
             name: Estimate(params[name].value, None, ends[name], params[name].value)
             if name in ends
             else estimate(name)
             for name in of_law
         }
-        if profile:
-            for name, ends_of in _profiles(minimizer, result, of_law).items():
-                self.parameters[name] = self.parameters[name]._replace(interval=ends_of)
+        for name, interval in profiles.items():
+            self.parameters[name] = self.parameters[name]._replace(interval=interval)
         self.curves = {
             name: {
                 of: estimate(of_curve(of, name), unit, curve.origin if of == "touch" else 0.0)
