@@ -4,7 +4,7 @@ import numpy as np
 from compare import assert_within
 
 import golf_impact
-from golf_impact.calibration.fit import ContactLaw
+from golf_impact.calibration.model import ContactLaw
 
 #: A ball, and the conditions of its curves.
 BALL = {"law": 2, "k": 8.2e5, "b": 37.0, "exponent": 1.6}

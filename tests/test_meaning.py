@@ -15,8 +15,9 @@ from instances import get, put
 
 from golf_build import BY_NAME, UNITS
 from golf_impact.ball import BALLS
-from golf_impact.calibration.fit import ContactLaw, Fit
+from golf_impact.calibration.fit import Fit
 from golf_impact.calibration.measurements import measurements
+from golf_impact.calibration.model import ContactLaw
 from golf_impact.toml import read_toml
 
 OUTPUTS = [v.name for v in VARIABLES if (v.causality, v.type) == ("output", "Real")]

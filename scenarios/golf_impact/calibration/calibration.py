@@ -2,31 +2,27 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from itertools import count
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from golf_impact.api import run_impacts
 from golf_impact.ball import Ball, ball_toml
 from golf_impact.calibration import report
-from golf_impact.calibration.fit import ContactLaw, Estimate, Fit, chance_of
-from golf_impact.calibration.intervals import standard_errors
-from golf_impact.calibration.measurements import (
-    IMPACT,
-    LAW_PARAMETERS,
-    Measurements,
-    measurements,
-    number,
-)
+from golf_impact.calibration.fit import Estimate, Fit, chance_of
+from golf_impact.calibration.intervals import RANGES, standard_errors
+from golf_impact.calibration.measurements import IMPACT, Measurements, measurements, number
+from golf_impact.calibration.model import ContactLaw
 from golf_impact.errors import UserError
 from golf_impact.files import write
-from golf_impact.quantities import (
-    format_options,
-)
+from golf_impact.quantities import format_options
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 #: Kelvin–Voigt, absolute, Tsuji and free n, which every calibration is compared with.
 _COMPARED = ((2, 1.0), (1, 1.0), (2, 1.5), (2, None))
@@ -55,11 +51,9 @@ class Calibration:
         covariance: of the parameters, (p, p); 0 for one at its limit.
         chi_squared, degrees_of_freedom: of the fit.
         residuals: (model − measured)/σ of `targets`, `curve` and `cor_speeds`.
-        baselines: of each curve the sensor's offset and drift in its rows, N.
         fits: the laws compared, as far as they could be fitted.
-        apart: the same law with a stiffness for each of several curves; otherwise None.
-        stiffnesses: these by curve; chance_apart: the probability that they differ as much by
-            chance (a likelihood ratio).
+        stiffnesses: of several curves, each with its own; chance_apart: the probability that they
+            differ as much by chance (a likelihood ratio).
         speeds, predictions: club speeds (m/s), and what `predict` gives there.
     """
 
@@ -75,20 +69,22 @@ class Calibration:
         self.data = data
         compared = [ContactLaw(n, m, law.reference_compression) for n, m in _COMPARED]
         others = [one for one in compared if one != law] if data.sized else []
-        several = len(data.curves) > 1
-        total, begun = 1 + several + len(others), itertools.count()
+        apart = len(data.curves) > 1 and "k" not in (fixed or {})
+        total, begun = 1 + apart + len(others), count()
 
         def fit(law: ContactLaw, apart: bool = False, profile: bool = False) -> Fit:
-            before, ticks = next(begun), itertools.count(1)
-
-            def tick() -> None:
-                # How many steps it takes isn't known: each is a fifth of the rest.
-                progress(100.0 * (before + 1.0 - 0.8 ** next(ticks)) / total, law.title)
-
-            return Fit(data, law, apart, tick, fixed, profile)
+            progress(100.0 * next(begun) / total, law.title)
+            return Fit(data, law, apart, fixed, profile)
 
         self.fit = best = fit(law, profile=profile)
-        self.apart = fit(law, apart=True) if several and "k" not in (fixed or {}) else None
+        self.stiffnesses: dict[str, Estimate] = {}
+        self.chance_apart = 1.0
+        if apart:
+            separate = fit(law, apart=True)
+            for name, curve in data.curves.items():
+                label = f"{curve.name}, {curve.impact['club_speed']:g} m/s"
+                self.stiffnesses[label] = separate.parameters[name.replace("curve", "k")]
+            self.chance_apart = chance_of(best.deviance - separate.deviance, len(data.curves) - 1)
         found = {law: best}
         for other in others:
             # With too few measurements a law isn't compared.
@@ -100,13 +96,11 @@ class Calibration:
         self.chi_squared, self.degrees_of_freedom = best.chi_squared, best.degrees_of_freedom
         groups = ["targets"] * bool(data.targets) + [*data.series]
         self.residuals = {name: best.residuals[data.groups[name]] for name in groups}
-        self.baselines = {name: best.baseline(name, one) for name, one in data.curves.items()}
         if speeds is None:
             own = [one.impact["club_speed"] for one in data.curves.values()]
             own = own or [data.impact["club_speed"]]
-            middle = data.cor_speeds.x.mean() if data.cor_speeds else sum(own) / len(own)
+            middle = data.cor_speeds.x.mean() if data.cor_speeds else np.mean(own)
             speeds = [float(f"{middle * factor:.2g}") for factor in (0.6, 0.8, 1.0, 1.2, 1.4)]
-        self.stiffnesses, self.chance_apart = self._compare_stiffnesses()
         self.speeds = np.array(speeds, float)
         try:
             self.predictions = self.predict(self.speeds)
@@ -114,17 +108,6 @@ class Calibration:
             words = ", ".join(f"{speed:g}" for speed in speeds)
             why = "give speeds nearer to those measured (--predict)"
             raise UserError(f"no prediction at {words} m/s: {error}; {why}") from error
-
-    def _compare_stiffnesses(self) -> tuple[dict[str, Estimate], float]:
-        if not self.apart:
-            return {}, 1.0
-        found = {
-            f"{curve.name}, {curve.impact['club_speed']:g} m/s": self.apart.parameters[
-                name.replace("curve", "k")
-            ]
-            for name, curve in self.data.curves.items()
-        }
-        return found, chance_of(self.fit.deviance - self.apart.deviance, len(found) - 1)
 
     def predict(self, club_speeds: float | Sequence[float] | np.ndarray) -> dict[str, Interval]:
         """S, COR and ball speed (m/s) at club speeds (m/s, any shape), with 95 % intervals.
@@ -137,12 +120,10 @@ class Calibration:
         found = run_impacts(_PREDICTED, **values)
         if found.reason:
             raise UserError(found.reason)
-        names = [n for n, one in self.parameters.items() if one.limit is None and n != "club_speed"]
-        at = [[*self.parameters].index(name) for name in names]
-        errors = standard_errors(_PREDICTED, values, names, self.covariance[np.ix_(at, at)])
-        low, high = {}, {}
-        for output in _PREDICTED:
-            low[output] = high[output] = self.fit.coverage * errors[output] if names else 0.0
+        names, covariance = self._uncertain({*self.parameters} - {"club_speed"})
+        errors = standard_errors(_PREDICTED, values, names, covariance)
+        low = {output: self.fit.coverage * errors[output] for output in _PREDICTED}
+        high = dict(low)
         for name, one in self.parameters.items():
             if one.limit is None:
                 continue
@@ -157,33 +138,40 @@ class Calibration:
             for output, value in found.items()
         }
 
+    def _uncertain(self, chosen: set[str]) -> tuple[list[str], np.ndarray]:
+        """Those of these parameters that aren't at a limit, and their covariance."""
+        places = [
+            n
+            for n, (name, one) in enumerate(self.parameters.items())
+            if name in chosen and one.limit is None
+        ]
+        names = [*self.parameters]
+        return [names[n] for n in places], self.covariance[np.ix_(places, places)]
+
     @property
     def ball(self) -> Ball:
         """The ball that was found; `**ball.values` are inputs and parameters of the FMU."""
-        data, fit, names = self.data, self.fit, [*self.data.targets]
+        data, values, measured = self.data, self.fit.values, [*self.data.targets]
         for one in data.series.values():
             # Each curve has conditions of its own.
             at = f" ({report.describe_impact(one.impact)})" if one.impact else ""
-            names.append(f"{len(one.y)} rows of {one.name}{at}")
-        measured = ", ".join(names)
+            measured.append(f"{len(one.y)} rows of {one.name}{at}")
+        source = f"golf-impact calibrate: {', '.join(measured)}"
         if data.targets or not data.curves:
-            measured += f"; {report.describe_impact(data.impact)}"
+            source += f"; {report.describe_impact(data.impact)}"
         # The impact isn't part of the ball, but for a mass of its own.
-        of_ball = {*fit.values}.difference(IMPACT)
-        if fit.values["m_ball"] != IMPACT["m_ball"]:
-            of_ball.add("m_ball")
-        conditions = {n: fit.values[n] for n in IMPACT if n != "m_ball" and fit.values[n]}
+        own_mass = values["m_ball"] != IMPACT["m_ball"]
+        of_impact = {*IMPACT} - ({"m_ball"} if own_mass else set())
+        names, covariance = self._uncertain({*RANGES})
         limits = report.describe_limits(self.parameters)
-        known = [n for n in self.parameters if n in LAW_PARAMETERS and n not in limits]
-        places = [[*self.parameters].index(name) for name in known]
         return Ball(
             name="calibrated",
-            title=f"calibrated, {fit.title}",
-            values={name: v for name, v in fit.values.items() if name in of_ball},
-            source=f"golf-impact calibrate: {measured}",
-            uncertain=tuple(known),
-            covariance=tuple(map(tuple, self.covariance[np.ix_(places, places)].tolist())),
-            conditions=conditions,
+            title=f"calibrated, {self.fit.title}",
+            values={name: value for name, value in values.items() if name not in of_impact},
+            source=source,
+            uncertain=tuple(names),
+            covariance=tuple(map(tuple, covariance.tolist())),
+            conditions={n: values[n] for n in IMPACT if n != "m_ball" and values[n]},
             limits="; ".join(f"{n} is at its limit: {end} (95 %)" for n, end in limits.items()),
         )
 
@@ -205,20 +193,25 @@ class Calibration:
 
     def fit_report(self) -> str:
         """lmfit's report: statistics, parameters that aren't rounded, correlations."""
-        return self.fit.fit_report()
+        import lmfit
 
-    def draw(self) -> Any:
-        """The figure, a `matplotlib.figure.Figure`: data, fit with 95 % bands, and residuals."""
+        return lmfit.fit_report(self.result)
+
+    def draw(self) -> Figure:
+        """Data, fit with 95 % bands, and residuals."""
         from golf_impact.calibration.figure import draw
 
         return draw(self)
 
+    @property
+    def title(self) -> str:
+        return f"{self.fit.title} (law {self.fit.law.law})"
+
     def __repr__(self) -> str:
-        found = [f"  {name} = {text}" for name, text, _ in self.tables()[0].rows]
-        title = f"Calibration: {self.fit.title} (law {self.fit.law.law})"
+        found = [f"  {name} = {text}" for name, text, _ in self.tables()[0][2]]
         square = self.chi_squared if self.chi_squared >= 5e-4 else 0.0
         freedom = f"degrees of freedom {self.degrees_of_freedom}"
-        return "\n".join([title, *found, f"  χ² = {square:.3f}, {freedom}"])
+        return "\n".join([f"Calibration: {self.title}", *found, f"  χ² = {square:.3f}, {freedom}"])
 
     @property
     def words(self) -> list[str]:
@@ -254,11 +247,11 @@ def calibrate(
     """Fit a contact law to measurements of an impact on a ball at rest, all together (SI units).
 
     Args:
-        curve: a measured force curve with an unknown instant of touch: `(time, force)` or `(time,
-            force, sigma)`, arrays in s and N, a mapping (or data frame) of these columns, or a CSV
-            file of them, perhaps with other units in its header. It needs club_speed and m_club.
-            Or a list of several files or mappings; a file's name may end with @ and its club speed,
-            a mapping may have club_speed, m_club, m_ball and club_force; or a TOML file with tables
+        curve: a measured force curve, any zero of time: `(time, force)` or `(time, force, sigma)`,
+            arrays in s and N, a mapping (or data frame) of these columns, or a CSV file of them,
+            perhaps with other units in its header. It needs club_speed and m_club. Or a list of
+            several files or mappings; a file's name may end with @ and its club speed, a mapping
+            may have club_speed, m_club, m_ball and club_force; or a TOML file with tables
             `[[curve]]` of file, columns and these.
         cor_speeds: likewise `(approach_speed, cor[, sigma])`; fits restitution_at_rest and
             restitution_slope in place of b.
@@ -275,7 +268,7 @@ def calibrate(
             `{"m_club": (0.2, 0.002)}`; it is fitted with the measurements.
         profile: 95 % intervals by lmfit's `conf_interval`, where χ² rises, not by standard errors.
         predict: club speeds to predict S, COR and ball speed at, m/s.
-        progress: called now and then with the progress in per cent and a law's title.
+        progress: called before each fit with the progress in per cent and its law's title.
         scalars: ball_speed, club_speed_after, cor, contact_time, max_force, time_of_max_force,
             smash_factor, energy_efficiency, impulse, max_compression and contact_displacement, also
             by their FMU outputs; each a number or with its σ, `(0.743, 0.005)` or "0.743±0.005",
@@ -285,11 +278,13 @@ def calibrate(
     Raises:
         UserError: measurements are impossible or too few.
     """
-    fixed = {name if name != "n" else "exponent": value for name, value in (fix or {}).items()}
-    if other := [name for name in fixed if name not in LAW_PARAMETERS]:
-        raise UserError(f"fix {other[0]} is refused: choose from n, {', '.join(LAW_PARAMETERS)}")
+    fixed, priors = (
+        {"exponent" if name == "n" else name: value for name, value in (given or {}).items()}
+        for given in (fix, prior)
+    )
+    if other := [name for name in fixed if name not in RANGES]:
+        raise UserError(f"fix {other[0]} is refused: choose from n, {', '.join(RANGES)}")
     fixed = {name: number(value, name, "fix") for name, value in fixed.items()}
-    priors = {name if name != "n" else "exponent": value for name, value in (prior or {}).items()}
     exponent = fixed.pop("exponent", "free" if "exponent" in priors else exponent)
     chosen = ContactLaw.of(law, exponent, reference_compression)
     data = measurements(scalars, csv, curve, cor_speeds, columns, baseline, priors)

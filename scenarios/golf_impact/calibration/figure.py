@@ -39,7 +39,9 @@ def draw(calibration: Any) -> Figure:
         x, y, sigma = series.x, series.y, fit.sigma[data.groups[name]]
         order = np.argsort(x)[:: len(x) // _POINTS + 1]
         if name in data.curves:
-            y = y - calibration.baselines[name]
+            own = fit.curves[name]
+            offset, drift = (own[of].value if of in own else 0.0 for of in ("offset", "drift"))
+            y = y - offset - drift * (x - series.origin)
             x = 1e6 * (x - fit.curves[name]["touch"].value)
             first, last = x[series.contact[[0, -1]]]
             margin = 0.3 * (last - first)

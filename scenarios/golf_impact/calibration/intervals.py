@@ -18,7 +18,11 @@ RANGES = {
 }  # fmt: skip
 
 #: Steps of differences, relative, and the least values that they are relative to.
-_STEP, _LEAST = 1e-5, {"b": 10.0, "restitution_slope": 1e-3, "club_force": 100.0}
+_STEP = 1e-5
+_LEAST = {
+    "b": 10.0, "restitution_slope": 1e-3,
+    **dict.fromkeys(("club_force", "touch", "offset", "drift"), 100.0),
+}  # fmt: skip
 
 
 def step_of(name: str, value: float) -> float:
@@ -38,16 +42,13 @@ def standard_errors(
     names: Sequence[str],
     covariance: np.ndarray,
 ) -> dict[str, np.ndarray]:
-    """Standard errors of results, by linear propagation.
+    """Standard errors of results (SI units), by linear propagation; NaN where there is no result.
 
     Args:
         outputs: Real outputs of the FMU.
         values: its inputs and parameters (SI units), numbers or arrays of one shape.
         names: of p uncertain values, each a number.
         covariance: theirs, (p, p).
-
-    Returns:
-        By output an array of the shape of the values, SI units; NaN where there is no result.
     """
     slopes: dict[str, list[np.ndarray]] = {output: [] for output in outputs}
     for name in names:
@@ -64,21 +65,20 @@ def standard_errors(
 def result_intervals(
     ball: Ball, values: Mapping[str, float], outputs: Iterable[str]
 ) -> dict[str, float]:
-    """Standard errors of an impact's results that follow from a ball's covariance (SI units).
+    """Standard errors (SI units) of an impact's results that follow from a ball's covariance.
+
+    Values that differ from the ball's count as certain. NaN where there is no result; empty if no
+    value is uncertain.
 
     Args:
-        ball: its values with a covariance count as uncertain, unless `values` has others.
+        ball: with the covariance of some of its values.
         values: inputs and parameters of the impact, those of the ball among them.
         outputs: Real outputs of the FMU.
-
-    Returns:
-        By output the standard error, a 95 % interval being 1.96 times as wide to either side; NaN
-        where there is no result. Empty if no value is uncertain.
     """
     names = [name for name in ball.uncertain if values.get(name) == ball.values[name]]
     if not names:
         return {}
-    at = [ball.uncertain.index(name) for name in names]
-    covariance = np.array(ball.covariance)[np.ix_(at, at)]
+    places = [ball.uncertain.index(name) for name in names]
+    covariance = np.array(ball.covariance)[np.ix_(places, places)]
     errors = standard_errors(tuple(outputs), values, names, covariance)
     return {output: float(error) for output, error in errors.items()}

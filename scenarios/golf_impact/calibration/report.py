@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from itertools import combinations
+from typing import Any
 
 import numpy as np
 
 from golf_build import VERSION
-from golf_impact.calibration.measurements import BASELINES, DEFAULT_SIGMA, IMPACT, TARGETS, Measured
+from golf_impact.calibration.curves import BASELINES
+from golf_impact.calibration.fit import Estimate
+from golf_impact.calibration.measurements import DEFAULT_SIGMA, IMPACT, TARGETS
 from golf_impact.quantities import QUANTITIES, Quantity, format_unit, format_with_error
 from golf_impact.units import unit_of
 
@@ -20,13 +22,8 @@ _UNLIKELY, _BETTER = 0.01, 2.0
 #: A χ² below this is rounding, and what a calibration of as many targets as parameters leaves.
 _EXACT = 1e-4
 
-
-class Table(NamedTuple):
-    """Rows of text."""
-
-    title: str
-    columns: list[str]
-    rows: list[list[str]]
+#: Title, columns, rows of text.
+Table = tuple[str, list[str], list[list[str]]]
 
 
 def describe_impact(impact: Mapping[str, float]) -> str:
@@ -35,7 +32,7 @@ def describe_impact(impact: Mapping[str, float]) -> str:
     return words + (f", head pushed by {impact['club_force']:g} N" if impact["club_force"] else "")
 
 
-def describe_limits(parameters: Mapping[str, Any]) -> dict[str, str]:
+def describe_limits(parameters: Mapping[str, Estimate]) -> dict[str, str]:
     """Of each parameter at its limit, how far from it the truth may be."""
     words = {}
     for name, found in parameters.items():
@@ -56,35 +53,38 @@ def sentences(calibration: Any) -> list[str]:
         words.append(f"σ is taken as {DEFAULT_SIGMA * 100:g} % of {', '.join(default)}.")
     for name, curve in data.curves.items():
         words += [f"{curve.name}: {note}." for note in (*curve.notes, _baseline(calibration, name))]
-    for curve in data.curves.values():
         if curve.step > 0.01 * curve.force.max():
             words.append(f"{curve.name} is resolved in steps of {curve.step:.3g} N.")
     for name in fit.estimated:
-        sigma = fit.sigma[data.groups[name]][0]
-        what = f"σ of {data.series[name].name}, {sigma:.3g}, follows from its residuals"
-        words.append(f"{what}; so χ² doesn't test the law.")
-    chance, freedom = fit.probability, fit.degrees_of_freedom
-    square = f"χ² = {_chi(fit.chi_squared)} with {freedom} degrees of freedom"
-    if chance is not None and chance < _UNLIKELY:
+        sigma = f"{fit.sigma[data.groups[name]][0]:.3g}, follows from its residuals"
+        words.append(f"σ of {data.series[name].name}, {sigma}; so χ² doesn't test the law.")
+    square = f"χ² = {_chi(fit.chi_squared)} with {fit.degrees_of_freedom} degrees of freedom"
+    if fit.probability is not None and fit.probability < _UNLIKELY:
         why = "the law is wrong, σ is too small, or measurements contradict each other"
-        words.append(f"This law doesn't fit: {square} (probability {chance:.1g}); {why}.")
-    elif chance is not None:
-        chances = f"(probability of a larger one: {chance:.2g})"
-        words.append(f"{square} is compatible with law and σ {chances}.")
-    elif freedom <= 0:
+        words.append(f"This law doesn't fit: {square} (probability {fit.probability:.1g}); {why}.")
+    elif fit.probability is not None:
+        chance = f"(probability of a larger one: {fit.probability:.2g})"
+        words.append(f"{square} is compatible with law and σ {chance}.")
+    elif fit.degrees_of_freedom <= 0:
         met = "meets them exactly, so χ² doesn't test the law"
         if fit.chi_squared > _EXACT:
             met = f"can't meet them together ({square}) and comes as near as it can"
         words.append(f"No more targets than parameters: {fit.title} {met}.")
-    for name, correlation in fit.row_correlations.items():
-        size = math.sqrt((1.0 + correlation) / (1.0 - correlation))
-        errors = f"enlarged by {size:.2g}" if name in fit.estimated else "too small"
+    for name, r in fit.row_correlations.items():
+        enlarged = f"enlarged by {math.sqrt((1.0 + r) / (1.0 - r)):.2g}"
         words.append(
-            f"Residuals of the {name} are correlated ({correlation:.2f}): the law misses its "
-            f"shape, or the noise is correlated; standard errors are {errors}."
+            f"Residuals of the {name} are correlated ({r:.2f}): the law misses its shape, or the "
+            f"noise is correlated; standard errors are "
+            f"{enlarged if name in fit.estimated else 'too small'}."
         )
-    if calibration.apart:
-        words.append(_spread(calibration))
+    if calibration.stiffnesses:
+        values = [found.value for found in calibration.stiffnesses.values()]
+        spread = 100.0 * (max(values) - min(values)) / fit.parameters["k"].value
+        often = [times for times in (20, 100, 1000) if calibration.chance_apart < 1.0 / times]
+        much = "no more than by chance: one describes all of them."
+        if often:
+            much = f"more than chance in 1 of {often[-1]} (club speeds and masses count as exact)."
+        words.append(f"Stiffnesses of the curves differ by {spread:.2g} %, {much}")
     better = min((fit, *calibration.fits), key=lambda other: other.aic)
     if fit.aic - better.aic > _BETTER and not fit.is_exact:
         lower = f"its AIC is lower by {fit.aic - better.aic:.3g}"
@@ -92,7 +92,7 @@ def sentences(calibration: Any) -> list[str]:
     names = ["n" if name == "exponent" else name for name in fit.parameters]
     pairs = [
         f"C({names[m]}, {names[n]}) = {fit.correlations[m, n]:.2f}".replace("-", "−")
-        for m, n in itertools.combinations(range(len(names)), 2)
+        for m, n in combinations(range(len(names)), 2)
         if fit.correlations[m, n]
     ]
     return [*words, f"Correlations: {', '.join(pairs)}."] if pairs else words
@@ -101,59 +101,46 @@ def sentences(calibration: Any) -> list[str]:
 def _baseline(calibration: Any, name: str) -> str:
     """What is subtracted from a curve."""
     curve, found = calibration.data.curves[name], calibration.fit.curves[name]
-    kind = BASELINES[len(curve.baseline)]
-    if kind == "zero":
+    if not curve.baseline:
         return "baseline zero, nothing is subtracted"
     offset = f"an offset of {format_with_error(*found['offset'][:2])} N"
-    if kind == "constant":
+    if "drift" not in found:
         return f"baseline constant, {offset} is subtracted"
-    length = float(np.ptp(curve.x))
-    drift = format_with_error(*(length * part for part in found["drift"][:2]))
-    return f"baseline linear, {offset} and a drift of {drift} N over the record are subtracted"
-
-
-def _spread(calibration: Any) -> str:
-    """How much stiffnesses of the curves differ, and whether by chance."""
-    values = [found.value for found in calibration.stiffnesses.values()]
-    spread = 100.0 * (max(values) - min(values)) / calibration.parameters["k"].value
-    least = f"Stiffnesses of the curves differ by {spread:.2g} %"
-    often = [times for times in (20, 100, 1000) if calibration.chance_apart < 1.0 / times]
-    if not often:
-        return f"{least}, no more than by chance: one describes all of them."
-    exact = "club speeds and masses count as exact"
-    return f"{least}, more than chance in 1 of {often[-1]} ({exact})."
+    length, (drift, error, *_) = float(np.ptp(curve.x)), found["drift"]
+    size = format_with_error(length * drift, length * (error or 0.0))
+    return f"baseline linear, {offset} and a drift of {size} N over the record are subtracted"
 
 
 def tables(calibration: Any) -> list[Table]:
     """Parameters, measurements, predictions, and the comparison of laws; none is empty."""
     fit, data = calibration.fit, calibration.data
     square = f"χ² = {_chi(fit.chi_squared)}, degrees of freedom {fit.degrees_of_freedom}"
-    at = f"{len(data.curves)} curves" if calibration.apart else describe_impact(data.impact)
+    at = f"{len(data.curves)} curves" if len(data.curves) > 1 else describe_impact(data.impact)
     labels = [QUANTITIES[name].label for name in calibration.predictions]
     size = "rms residual (N)" if data.curves else "χ²"
-    alone = {"all": fit.parameters["k"], **calibration.stiffnesses} if calibration.apart else {}
-    found = [
-        Table(f"{fit.title} (law {fit.law.law})", ["", "value ± standard error", "95 % interval"],
-              _parameters(calibration)),
-        Table(f"Measurements, {at}: {square}", ["", "measured", "σ", "model", "residual (σ)"],
-              _measured(calibration)),
-        Table("Predictions with 95 % intervals, if the law holds", ["club speed (m/s)", *labels],
-              _predictions(calibration)),
-        Table("Contact laws compared", ["", "parameters", size, "ΔAIC"], _laws(calibration)),
-        Table("Stiffness by curve", ["", "k (N/m)"],
-              [[name, format_with_error(*one[:2])] for name, one in alone.items()]),
-    ]  # fmt: skip
-    return [table for table in found if table.rows]
+    own = calibration.stiffnesses
+    alone = {"all": fit.parameters["k"], **own} if own else {}
+    stiffness = [[name, format_with_error(*one[:2])] for name, one in alone.items()]
+    predictions = "Predictions with 95 % intervals, if the law holds"
+    found: list[Table] = [
+        (calibration.title, ["", "value ± standard error", "95 % interval"], _found(calibration)),
+        (
+            f"Measurements, {at}: {square}",
+            ["", "measured", "σ", "model", "residual (σ)"],
+            _measured(calibration),
+        ),
+        (predictions, ["club speed (m/s)", *labels], _predictions(calibration)),
+        ("Contact laws compared", ["", "parameters", size, "ΔAIC"], _laws(calibration)),
+        ("Stiffness by curve", ["", "k (N/m)"], stiffness),
+    ]
+    return [table for table in found if table[2]]
 
 
-def _parameters(calibration: Any) -> list[list[str]]:
+def _found(calibration: Any) -> list[list[str]]:
     found, rows = dict(calibration.parameters), []
     for curve, own in calibration.fit.curves.items():
         number = curve.removeprefix("curve")
-        found |= {
-            f"touch_time{number}" if name == "touch" else name + number: one
-            for name, one in own.items()
-        }
+        found |= {("touch_time" if of == "touch" else of) + number: own[of] for of in own}
     for name, one in found.items():
         text = f"{one.value:.6g} (at its limit)"
         if one.limit is None:
@@ -164,25 +151,27 @@ def _parameters(calibration: Any) -> list[list[str]]:
 
 
 def _measured(calibration: Any) -> list[list[str]]:
-    fit, data, rows = calibration.fit, calibration.data, []
+    fit, data = calibration.fit, calibration.data
+    model = data.values + fit.residuals * fit.sigma
 
-    def row(label: str, one: Quantity, given: Measured, model: float, residual: float) -> None:
-        measured, found = one.format_value(given.value), one.format_value(model)
-        text = f"{residual:+.2f}" if abs(residual) >= 0.005 else "0.00"
-        rows.append([label, measured, f"{given.sigma * one.factor:.2g}", found, text])
+    def scalars(group: str, quantities: list[Quantity]) -> list[list[str]]:
+        rows, places = [], range(*data.groups[group].indices(len(model)))
+        for n, one in zip(places, quantities):
+            off = f"{fit.residuals[n]:+.2f}" if abs(fit.residuals[n]) >= 0.005 else "0.00"
+            values = [one.format_value(data.values[n]), f"{fit.sigma[n] * one.factor:.2g}"]
+            rows.append([one.label, *values, one.format_value(model[n]), off])
+        return rows
 
-    for (name, target), residual in zip(data.targets.items(), fit.residuals):
-        one = QUANTITIES.get(TARGETS[name], Quantity(TARGETS[name], decimals=6))
-        row(one.label, one, target, fit.predicted[name], residual)
+    targets = [TARGETS[name] for name in data.targets]
+    rows = scalars("targets", [QUANTITIES.get(n, Quantity(n, decimals=6)) for n in targets])
     for name, series in data.series.items():
         rms = f"rms {np.sqrt(np.mean(calibration.residuals[name] ** 2)):.2f}"
         if series.impact:
             rms += f" ({fit.rms[name]:.3g} N), {series.impact['club_speed']:g} m/s"
         sigma = f"{np.mean(fit.sigma[data.groups[name]]):.3g}"
         rows.append([series.name, f"{len(series.y)} rows", sigma, "", rms])
-    for (name, prior), residual in zip(data.priors.items(), fit.residuals[data.groups["priors"]]):
-        row(f"{name} (prior)", Quantity(name, decimals=6), prior, fit.values[name], residual)
-    return rows
+    priors = [Quantity(f"{name} (prior)", decimals=6) for name in data.priors]
+    return rows + scalars("priors", priors)
 
 
 def _predictions(calibration: Any) -> list[list[str]]:
@@ -221,15 +210,15 @@ def as_json(calibration: Any) -> dict[str, Any]:
         sigma = float(np.mean(fit.sigma[data.groups[name]]))
         series[name] = {"name": one.name, "rows": len(one.y), "sigma": sigma}
         series[name]["sigma_given"] = one.sigma is not None
-        if own := fit.curves.get(name):
-            baseline = {"baseline": BASELINES[len(one.baseline)], "touch_time": own["touch"]}
-            baseline |= {of: found for of, found in own.items() if of != "touch"}
-            series[name] |= {"conditions": dict(one.impact), **baseline}
+        if name in data.curves:
+            own = {of: found.as_json() for of, found in fit.curves[name].items()}
+            series[name] |= {"conditions": dict(one.impact), "touch_time": own.pop("touch")}
+            series[name] |= {"baseline": BASELINES[len(one.baseline)], **own}
     predictions: list[dict[str, Any]] = [{"club_speed": v} for v in calibration.speeds.tolist()]
     for name, interval in calibration.predictions.items():
         for row, *ends in zip(predictions, *(part.tolist() for part in interval)):
             row[name] = dict(zip(interval._fields, ends))
-    found = {
+    return {
         "version": VERSION,
         "command": calibration.command,
         "conditions": {name: fit.values[name] for name in IMPACT},
@@ -241,24 +230,13 @@ def as_json(calibration: Any) -> dict[str, Any]:
         "predictions": predictions,
         "notes": calibration.words,
         "comparison": [law.as_json() for law in calibration.fits],
-        "stiffness_by_curve": calibration.stiffnesses,
+        "stiffness_by_curve": {n: one.as_json() for n, one in calibration.stiffnesses.items()},
     }
-    return _plain(found)
-
-
-def _plain(data: Any) -> Any:
-    """Estimates as mappings."""
-    if hasattr(data, "as_json"):
-        return data.as_json()
-    if isinstance(data, dict):
-        return {name: _plain(value) for name, value in data.items()}
-    return data
 
 
 def _unit(name: str) -> str:
-    first = name.split("_")[0]
     of_curve = {"touch": "s", "offset": "N", "drift": "N/s", "k": "N/m"}
-    return of_curve.get(first) or format_unit(unit_of(name))
+    return of_curve.get(name.partition("_")[0]) or format_unit(unit_of(name))
 
 
 def _chi(square: float) -> str:
