@@ -131,12 +131,18 @@ def files(builder: Builder) -> dict[str, bytes]:
     made["modelDescription.xml"] = describe(token=token)
     if fmi == 3:
         made["sources/buildDescription.xml"] = _BUILD_DESCRIPTION.format(model=model).encode()
-    made |= builder.documents()
+    made |= builder.documents([_in_words(target) for target in _targets(fmi)])
     made |= dict(_binaries(fmi, model, sources))
     made["documentation/licenses/license.txt"] = project_license()
     made["documentation/licenses/fmi-headers.txt"] = _comment(sources[_HEADERS[fmi][0]])
     made |= {f"documentation/licenses/{name}": data for name, data in _notices(fmi)}
     return made | {SUMS: checksums(made)}
+
+
+def _in_words(target: Target) -> str:
+    system, processor = target.machine
+    processor = {"AMD64": "x86_64", "arm64": "aarch64"}.get(processor, processor)
+    return f"{system.replace('Darwin', 'macOS')} {processor}"
 
 
 def _co_simulation(builder: Builder) -> dict[str, object]:
