@@ -731,6 +731,13 @@ def test_the_ball_has_landed_at_the_proposed_stop_time(ssp):
     assert path["BallFlight.distance"][-1] == pytest.approx(path[CARRY][-1], rel=1e-12)
 
 
+def test_a_native_impact_gives_the_same_drive(ssp, system_files):
+    """The start values of the drive are in its library, too."""
+    plain, native = (system.run_ssp(file, 0.01, 1.0) for file in (ssp, system_files(True)[-1]))
+    for name in READ:
+        assert native[name][-1] == pytest.approx(plain[name][-1], rel=1e-12), name
+
+
 @pytest.mark.parametrize("rollback", [False, True])
 def test_a_repeated_step_has_the_impulse_in_which_it_acts(drive, rollback):
     """Else the swing has it a step later."""

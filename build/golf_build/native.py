@@ -120,13 +120,13 @@ def files(builder: Builder) -> dict[str, bytes]:
     """The files of the native FMU, by name; NativeError: see `build`."""
     fmi, model = builder.fmi, builder.name.partition(".")[0]
     tool = f"golf-impact {golf_physics.__version__} (native)"
-    sources = _sources(fmi, "")
+    sources = _sources(builder, "")
     describe = partial(builder.describe, sources=["all.c"], tool=tool, **_co_simulation(builder))
     digest = hashlib.sha256(describe(token=""))
     for name, data in sorted(sources.items()):
         digest.update(name.encode() + b"\0" + hashlib.sha256(data).digest())
     token = str(uuid.uuid5(uuid.NAMESPACE_URL, f"golf-impact/native/{digest.hexdigest()}"))
-    sources = _sources(fmi, token)
+    sources = _sources(builder, token)
     made = {f"sources/{name}": data for name, data in sources.items()}
     made["modelDescription.xml"] = describe(token=token)
     if fmi == 3:
@@ -154,15 +154,16 @@ def _co_simulation(builder: Builder) -> dict[str, object]:
     return {"unsolved": (), "derivatives": {}, "dependencies": {}, "structure": structure}
 
 
-def _sources(fmi: int, token: str) -> dict[str, bytes]:
+def _sources(builder: Builder, token: str) -> dict[str, bytes]:
     """The C sources and FMI's headers."""
     import fmpy
 
+    fmi = builder.fmi
     folder, headers = fmu_source("native"), Path(fmpy.__file__).parent / "c-code"
     found = {file.name: file.read_bytes() for file in folder.glob("*.[ch]")}
     found.pop(f"fmi{5 - fmi}.c")
     found |= {name: (headers / name).read_bytes() for name in _HEADERS[fmi]}
-    return found | {"variables.h": header(fmi, token).encode()}
+    return found | {"variables.h": header(fmi, token, builder.start).encode()}
 
 
 _BUILD_DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
