@@ -4,6 +4,7 @@ import os
 import re
 import sys
 import zipfile
+from html.parser import HTMLParser
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -62,10 +63,10 @@ def test_vdmcheck_finds_no_problem(vdmcheck, request, system_files, fmu_path, tm
 
 
 def test_its_dependencies_are_named(fmu, content):
-    """Every library that a plain binary loads, and Python; other FMUs need none."""
-    name, alone = "documentation/externalDependencies.txt", holds_c(fmu)
-    assert (name in content) != alone
-    if alone:
+    """The native FMU has none; every other library that a plain binary loads is in the text."""
+    name = "documentation/externalDependencies.txt"
+    assert (name in content) != holds_c(fmu)
+    if holds_c(fmu):
         return
     text = content[name].decode()
     binaries = b"".join(data for path, data in content.items() if path.startswith("binaries/"))
@@ -76,9 +77,8 @@ def test_its_dependencies_are_named(fmu, content):
     assert ("MSVCP140.dll" in text) == ("MSVCP140.dll" in libraries)
 
 
-@pytest.mark.plain
 def test_our_modules_need_the_standard_library_alone(fmu, content):
-    """Beside themselves and pythonfmu, which the FMU contains."""
+    """Beside themselves and pythonfmu, which the plain FMU contains."""
     files = [name for name in content if name.endswith(".py")]
     assert bool(files) != holds_c(fmu)
     if holds_c(fmu):
@@ -93,13 +93,12 @@ def test_our_modules_need_the_standard_library_alone(fmu, content):
 
 
 def test_the_description_is_the_table(fmu, content):
-    """Sources need a buildDescription.xml in FMI 3.0."""
-    native = holds_c(fmu)
-    assert any(name.startswith("sources/") for name in content) == native
-    assert ("sources/buildDescription.xml" in content) == (native and "fmi3" in fmu.name)
+    """In FMI 3.0 sources need a buildDescription.xml."""
     about, fmi3 = fmpy.read_model_description(str(fmu)), "fmi3" in fmu.name
+    assert ("sources/all.c" in content) == holds_c(fmu)
+    assert ("sources/buildDescription.xml" in content) == (holds_c(fmu) and fmi3)
     assert (about.fmiVersion, about.modelName) == ("3.0" if fmi3 else "2.0", "ClubBallImpact")
-    assert about.generationTool.startswith("golf-impact " if native else "PythonFMU")
+    assert about.generationTool.startswith("golf-impact " if holds_c(fmu) else "PythonFMU")
     assert about.defaultExperiment.stopTime == "0.001"
     table = VARIABLES + MORE_VARIABLES * fmi3
     # libcosim and ecos omit an Enumeration of FMI 2.0; they support an Integer.
@@ -111,13 +110,17 @@ def test_the_description_is_the_table(fmu, content):
         assert (variable.unit or "") == row.unit
         assert variable.description.startswith(row.description)
         noted = "NaN in Model Exchange" in variable.description
-        assert noted == (fmi3 and not native and row.name in CO_SIMULATION_ONLY)
+        in_plain = fmi3 and not holds_c(fmu)
+        assert noted == (in_plain and row.name in CO_SIMULATION_ONLY)
         if row.type == "Real" and row.causality != "independent":
             # An order of magnitude: two digits.
             assert 0.0 < float(variable.nominal) == float(f"{row.nominal:.2g}")
         assert row.start is None or float(variable.start) == row.start
     named = {v.name: v for v in about.modelVariables}
-    assert (named["k"].min, named["restitution_at_rest"].max) == ("0.0", "1.0")
+    # Excluded by the FMU; in the description the least normal double stands for "> 0".
+    for name in ("k", "m_club", "m_ball", "ball_diameter", "reference_compression"):
+        assert float(named[name].min) == sys.float_info.min
+    assert (named["b"].min, named["restitution_at_rest"].max) == ("0.0", "1.0")
     discrete = {v.name for v in about.modelVariables if v.variability == "discrete" and v.unit}
     assert discrete == {"touch_time"}
     units = {unit.name: {d.name for d in unit.displayUnits} for unit in about.unitDefinitions}
@@ -136,21 +139,21 @@ def test_the_description_is_the_table(fmu, content):
 
 def test_what_only_fmi_3_describes(fmu):
     about = fmpy.read_model_description(str(fmu))
-    assert (about.modelExchange is not None) == ("fmi3" in fmu.name and not holds_c(fmu))
-    if holds_c(fmu) and "fmi3" in fmu.name:
-        assert about.coSimulation.hasEventMode
-        assert about.coSimulation.mightReturnEarlyFromDoStep
-    if not about.modelExchange:
+    fmi3 = "fmi3" in fmu.name
+    assert (about.modelExchange is not None) == (fmi3 and not holds_c(fmu))
+    if not fmi3:
         return
     (law,) = about.typeDefinitions
     assert law.type == "Enumeration"
     assert {int(item.value): item.name for item in law.items} == {n: t[0] for n, t in LAWS.items()}
-    derivatives = [unknown.variable for unknown in about.derivatives]
-    assert tuple(v.name for v in derivatives) == DERIVATIVES
-    assert tuple(v.derivative.name for v in derivatives) == STATES
-    assert tuple(unknown.variable.name for unknown in about.eventIndicators) == INDICATORS
     assert about.coSimulation.hasEventMode
     assert about.coSimulation.mightReturnEarlyFromDoStep == holds_c(fmu)
+    # Of Model Exchange, which the native FMU doesn't have.
+    present = slice(0, 0) if holds_c(fmu) else slice(None)
+    derivatives = [unknown.variable for unknown in about.derivatives]
+    assert tuple(v.name for v in derivatives) == DERIVATIVES[present]
+    assert tuple(v.derivative.name for v in derivatives) == STATES[present]
+    assert tuple(unknown.variable.name for unknown in about.eventIndicators) == INDICATORS[present]
 
 
 @pytest.mark.model_exchange
@@ -182,6 +185,62 @@ def test_terminals_and_icon(fmu, content):
     assert terminals["club"] == ["club_speed", "impulse", "club_force"]
     assert set(terminals) == {"club", "launch"}
     assert {variables[name].causality for name in terminals["launch"]} == {"output"}
+
+
+# The page in documentation
+
+
+class _Page(HTMLParser):
+    """Links, pictures, texts of headings and first cells, and the names of meta elements."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.files, self.metas, self.names, self._open = set(), set(), [], []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        found = dict(attributes)
+        self.files |= {found[key] for key in ("href", "src") if key in found}
+        if tag == "meta":
+            self.metas.add(found.get("name"))
+        else:
+            self._open.append(tag)
+            if tag == "img":
+                self._open.pop()
+
+    def handle_endtag(self, tag):
+        assert self._open.pop() == tag
+
+    def handle_data(self, data):
+        if self._open[-2:] == ["th", "code"]:
+            self.names.append(data)
+
+
+def check_page(file):
+    """The page of an FMU has every variable, and its links lead to files beside it."""
+    about = fmpy.read_model_description(str(file))
+    with zipfile.ZipFile(file) as archive:
+        text, inside = archive.read("documentation/index.html").decode(), archive.namelist()
+    page = _Page(text)
+    assert {"viewport", "color-scheme"} <= page.metas
+    assert page.names == [v.name for v in about.modelVariables]
+    assert {f"documentation/{name}" for name in page.files} <= set(inside)
+    return text
+
+
+def test_the_page(fmu, content):
+    text = check_page(fmu)
+    assert "P &minus; F" in text
+    assert ("Model Exchange" in text) == ("fmi3" in fmu.name and not holds_c(fmu))
+    folders = {name.split("/")[1] for name in content if name.startswith("binaries/")}
+    assert ("macOS x86_64" in text) == bool(folders & {"darwin64", "x86_64-darwin"})
+    assert ("Linux aarch64" in text) == ("aarch64-linux" in folders)
+
+
+def test_companions_have_a_page_and_an_experiment(system_files):
+    for file in system_files()[:3]:
+        check_page(file)
+        assert fmpy.read_model_description(str(file)).defaultExperiment.stepSize
 
 
 # Reference results

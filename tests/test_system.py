@@ -703,6 +703,41 @@ def test_bindings_have_the_same_start_values(ssp):
         assert bound == DRIVE[component.get("name")]
 
 
+def test_connectors_have_the_units_of_the_fmus(ssp, drive):
+    """Declared in the file; every component has a place in the picture of the system."""
+    with zipfile.ZipFile(ssp) as archive:
+        root = ElementTree.fromstring(archive.read("SystemStructure.ssd"))
+    declared = {unit.get("name") for unit in root.iterfind("{*}Units/{*}Unit")}
+    places = []
+    for component in root.iterfind(".//{*}Component"):
+        about = fmpy.read_model_description(str(drive[component.get("name")]))
+        variables = {v.name: v for v in about.modelVariables}
+        for connector in component.iterfind("{*}Connectors/{*}Connector"):
+            variable, kind = variables[connector.get("name")], connector[0]
+            assert kind.tag.endswith(f"}}{variable.type}")
+            assert (kind.get("unit"), connector.get("kind")) == (variable.unit, variable.causality)
+            assert kind.get("unit") in {None, *declared}
+        places.append(float(component.find("{*}ElementGeometry").get("x1")))
+    assert places == sorted(set(places))
+    assert len(places) == len(drive)
+
+
+def test_the_ball_has_landed_at_the_proposed_stop_time(ssp):
+    with zipfile.ZipFile(ssp) as archive:
+        root = ElementTree.fromstring(archive.read("SystemStructure.ssd"))
+    stop = float(root.find("{*}DefaultExperiment").get("stopTime"))
+    path = system.run_ssp(ssp, 0.01, stop)
+    assert path["BallFlight.landed"][-1] == 1.0
+    assert path["BallFlight.distance"][-1] == pytest.approx(path[CARRY][-1], rel=1e-12)
+
+
+def test_a_native_impact_gives_the_same_drive(ssp, system_files):
+    """The start values of the drive are in its library, too."""
+    plain, native = (system.run_ssp(file, 0.01, 1.0) for file in (ssp, system_files(True)[-1]))
+    for name in READ:
+        assert native[name][-1] == pytest.approx(plain[name][-1], rel=1e-12), name
+
+
 @pytest.mark.parametrize("rollback", [False, True])
 def test_a_repeated_step_has_the_impulse_in_which_it_acts(drive, rollback):
     """Else the swing has it a step later."""

@@ -140,12 +140,12 @@ def files(builder: Builder, here: bool = False) -> dict[str, bytes]:
     fmi, model = builder.fmi, builder.name.partition(".")[0]
     targets = _targets(fmi, here)
     token = guid(builder)
-    sources = _sources(fmi, token)
+    sources = _sources(builder, token)
     made = {f"sources/{name}": data for name, data in sources.items()}
     made["modelDescription.xml"] = _describe(builder, token)
     if fmi == 3:
         made["sources/buildDescription.xml"] = _BUILD_DESCRIPTION.format(model=model).encode()
-    made |= builder.documents()
+    made |= builder.documents([_in_words(target) for target in targets])
     made |= dict(_binaries(targets, fmi, model, sources))
     made["documentation/licenses/license.txt"] = project_license()
     made["documentation/licenses/fmi-headers.txt"] = _comment(sources[_HEADERS[fmi][0]])
@@ -156,7 +156,7 @@ def files(builder: Builder, here: bool = False) -> dict[str, bytes]:
 def guid(builder: Builder) -> str:
     """The GUID (FMI 3.0: instantiation token) of the native FMU of the current sources."""
     digest = hashlib.sha256(_describe(builder, ""))
-    for name, data in sorted(_sources(builder.fmi, "").items()):
+    for name, data in sorted(_sources(builder, "").items()):
         digest.update(name.encode() + b"\0" + hashlib.sha256(data).digest())
     return str(uuid.uuid5(uuid.NAMESPACE_URL, f"golf-impact/native/{digest.hexdigest()}"))
 
@@ -165,6 +165,12 @@ def _describe(builder: Builder, token: str) -> bytes:
     tool = f"golf-impact {golf_physics.__version__} (native)"
     others = _co_simulation(builder)
     return builder.describe(sources=["all.c"], tool=tool, token=token, **others)
+
+
+def _in_words(target: Target) -> str:
+    system, processor = target.machine
+    processor = {"AMD64": "x86_64", "arm64": "aarch64"}.get(processor, processor)
+    return f"{system.replace('Darwin', 'macOS')} {processor}"
 
 
 def _co_simulation(builder: Builder) -> dict[str, object]:
@@ -176,16 +182,17 @@ def _co_simulation(builder: Builder) -> dict[str, object]:
     return {"unsolved": (), "derivatives": {}, "dependencies": {}, "structure": structure}
 
 
-def _sources(fmi: int, token: str) -> dict[str, bytes]:
+def _sources(builder: Builder, token: str) -> dict[str, bytes]:
     """The C sources and FMI's headers."""
     import fmpy
 
+    fmi = builder.fmi
     folder, headers = fmu_source("native"), Path(fmpy.__file__).parent / "c-code"
     found = {file.name: file.read_bytes() for file in folder.glob("*.[ch]")}
     for other in (f"fmi{5 - fmi}.c", "page.c"):
         found.pop(other)
     found |= {name: (headers / name).read_bytes() for name in _HEADERS[fmi]}
-    return found | {"variables.h": header(fmi, token).encode()}
+    return found | {"variables.h": header(fmi, token, builder.start).encode()}
 
 
 _BUILD_DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>

@@ -5,7 +5,7 @@ from numerics; the sentences of refusals are those that golf_physics says when i
 %s in place of each number and name.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from math import nan
 from typing import Any
@@ -24,14 +24,16 @@ from golf_physics.variables import INPUTS, MORE_VARIABLES, MOTION, SETTABLE, VAR
 _TYPES = {"Real": "REAL", "Enumeration": "ENUMERATION", "Boolean": "BOOLEAN"}
 
 
-def header(fmi: int, token: str) -> str:
-    """The C header for a version of FMI, with the FMU's GUID or instantiation token."""
-    return "\n".join(
-        ["/* Made from golf_physics by golf_build.native_header. */", "", *_lines(fmi, token)]
-    )
+def header(fmi: int, token: str, start: Mapping[str, float]) -> str:
+    """The C header for a version of FMI, with the FMU's GUID or instantiation token.
+
+    `start` has start values by name, where they aren't those of the table.
+    """
+    lines = _lines(fmi, token, start)
+    return "\n".join(["/* Made from golf_physics by golf_build.native_header. */", "", *lines])
 
 
-def _lines(fmi: int, token: str) -> Iterator[str]:
+def _lines(fmi: int, token: str, start: Mapping[str, float]) -> Iterator[str]:
     # Those that can be set first, in the order of an instance's values.
     rows = [*SETTABLE.values(), *(row for row in VARIABLES if row.start is None)]
     rows += MORE_VARIABLES if fmi == 3 else ()
@@ -61,7 +63,7 @@ def _lines(fmi: int, token: str) -> Iterator[str]:
     yield ""
     yield "/* Inputs and parameters come first, in the order of an instance's values. */"
     yield "static const Variable TABLE[] = {"
-    yield from map(_variable, rows)
+    yield from (_variable(row._replace(start=start.get(row.name, row.start))) for row in rows)
     yield "};"
     yield ""
     yield "/* Places in the table by value reference; -1: there is none. */"

@@ -47,7 +47,8 @@ class Builder(NamedTuple):
         sources: files and folders of fmu_src, the module with the class first.
         entry: the module that the runtime loads; {package}, {module} and {model} are filled in. The
             package has VALUES: `start` if there are laws; else the fields of every variable.
-        tables: `rows`, the variables; `description`; `units` by name; `laws` of ClubBallImpact;
+        tables: `rows`, the variables; `description`; `units` by name; `experiment`, the proposed
+            stop time and step size (s); `model` of a companion, in words; `laws` of ClubBallImpact;
             `constant` (outputs whose initial values depend on no variable) and `discrete` (outputs
             that change at events only); in FMI 3.0 `derivatives` (by the names of their states),
             `unsolved` (outputs that are NaN in Model Exchange), `structure` (names of variables by
@@ -144,14 +145,18 @@ class Builder(NamedTuple):
         # All attributes are in double quotes, so apostrophes need no escape.
         return description.replace(b"&#39;", b"'")
 
-    def documents(self) -> dict[str, bytes]:
-        """Documentation, reference results and icons of ClubBallImpact, by name."""
-        if "laws" not in self.tables:
-            return {}
+    def documents(self, platforms: Iterable[str] = ()) -> dict[str, bytes]:
+        """Documentation; of ClubBallImpact also reference results and icons. By name.
+
+        `platforms` are those of a native FMU.
+        """
         folder = HERE / "documentation"
-        files = {f"documentation/{f.name}": f.read_bytes() for f in folder.glob("*.png")}
-        page = render(folder / "index.html.jinja", **self._context())
-        files["documentation/index.html"] = page
+        template = "index" if "laws" in self.tables else "companion"
+        page = render(folder / f"{template}.html.jinja", **self._context(platforms=platforms))
+        files = {"documentation/index.html": page}
+        if template == "companion":
+            return files
+        files |= {f"documentation/{f.name}": f.read_bytes() for f in folder.glob("*.png")}
         reference = (_CONTENTS / "reference").iterdir()
         files |= {f"extra/{_REFERENCE}/{f.name}": f.read_bytes() for f in reference}
         icon = (HERE / "model.png").read_bytes()

@@ -7,7 +7,7 @@ import hashlib
 import io
 import sys
 import zipfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from golf_physics import variables
@@ -74,7 +74,7 @@ def _companion(name: str, *modules: str) -> Builder:
     modules = *modules, *_SHARED
     sources = [f"golf_physics/{module}.py" for module in modules]
     table = fmu_source(sources[0]).with_suffix(".toml").read_text("utf-8")
-    (_, description), *groups = tomllib.loads(table).items()
+    (_, description), (_, model), *groups = tomllib.loads(table).items()
     rows = []
     for causality, group in groups:
         for variable, (reference, unit, *values, text) in group.items():
@@ -85,7 +85,13 @@ def _companion(name: str, *modules: str) -> Builder:
             rows.append(_Row(*row))
     used = {row.unit for row in rows}
     units = {unit: about for unit, about in _UNITS.items() if unit in used}
-    tables = {"rows": rows, "description": description, "units": units}
+    tables = {
+        "rows": rows,
+        "description": description,
+        "model": model,
+        "units": units,
+        "experiment": _SYSTEM["experiments"][name],
+    }
     sources += ["companion.py", "host"]
     return Builder(2, name, tuple(sources), _ENTRY, tables)
 
@@ -105,8 +111,20 @@ class System:
 
     def structure(self) -> bytes:
         """SystemStructure.ssd."""
-        context = _SYSTEM | {"connections": CONNECTIONS}
+        connectors = {name: list(self._connectors(name)) for name in DRIVE}
+        used = {unit for group in connectors.values() for _, _, unit in group if unit}
+        units = {name: unit.base for name, unit in _UNITS.items() if name in used}
+        context = _SYSTEM | {"connections": CONNECTIONS, "connectors": connectors, "units": units}
         return render(HERE / "SystemStructure.ssd.jinja", **context)
+
+    def _connectors(self, component: str) -> Iterator[tuple[str, str, str]]:
+        """Name, kind and unit (none: Boolean) of a component's connectors."""
+        units = {row.name: row.unit for row in self.builders()[component].tables["rows"]}
+        inputs = [name for _, _, to, name in CONNECTIONS if to == component]
+        outputs = [name for start, name, _, _ in CONNECTIONS if start == component]
+        yield from ((name, "input", units[name]) for name in inputs)
+        outputs += _SYSTEM["components"][component]
+        yield from ((name, "output", units[name]) for name in dict.fromkeys(outputs))
 
     def builders(self) -> dict[str, Builder]:
         """The FMUs inside by name, with the drive's start values.

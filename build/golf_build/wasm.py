@@ -52,7 +52,7 @@ def build() -> dict[str, bytes]:
         raise WasmError(f"{needs}: {install_command('native')}")
     zig = Path(str(found.origin)).parent
     sources = {file.name: file.read_bytes() for file in fmu_source("native").glob("*.[ch]")}
-    sources["variables.h"] = header(2, "").encode()
+    sources["variables.h"] = header(2, "", {}).encode()
     command = [sys.executable, "-m", "ziglang", "cc", *_FLAGS, "page.c", "-o", "physics.wasm"]
     with scratch(sources) as folder:
         # zig keeps what it has compiled below the home folder.
