@@ -124,6 +124,14 @@ def _temporary(tmp_path_factory):
     os.environ["TMPDIR"] = tempfile.tempdir = str(tmp_path_factory.mktemp("left"))
 
 
+@pytest.fixture(autouse=True)
+def _figures_are_closed():
+    """pyplot keeps figures, and warns about many."""
+    yield
+    if pyplot := sys.modules.get("matplotlib.pyplot"):
+        pyplot.close("all")
+
+
 @pytest.fixture(scope="session")
 def once(tmp_path_factory):
     """Build an FMU once for all processes of a test run, in the first one that needs it."""
