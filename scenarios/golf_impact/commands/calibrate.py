@@ -88,17 +88,18 @@ def calibrate(
         raise UserError(f"{twice[0]} is given twice: by --measured and by an option of its own")
     values |= given
     values |= {"fix": _pairs(fix, "fix", "n=1.5"), "prior": _pairs(prior, "prior", "k=8e5±1e4")}
-    for file in ("calibrate.json", "calibrate.png"):
-        check(folder / file)
+    data, picture = folder / "calibrate.json", folder / "calibrate.png"
+    for path in filter(None, (data, picture if figures else None, save)):
+        check(path)
     with progress() as begin:
         calibration = fit(**values, progress=begin("calibrating", 100))
-        written = [write(folder / "calibrate.json", as_json(calibration.as_json()))]
+        written = [write(data, as_json(calibration.as_json()))]
         if figures:
             import io
 
             image = io.BytesIO()
             calibration.draw().savefig(image)
-            written.append(write(folder / "calibrate.png", image.getvalue()))
+            written.append(write(picture, image.getvalue()))
         written += [calibration.save(save)] if save else []
     for table in calibration.tables():
         print_table(*table)
