@@ -1,4 +1,4 @@
-"""Reads TOML files: data beside modules of this package, and balls and studies of users."""
+"""Reads TOML files: data beside modules of this package, and balls of users."""
 
 import sys
 from pathlib import Path
