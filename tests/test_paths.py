@@ -176,9 +176,9 @@ def small(tmp_path):
 
 @pytest.mark.ci
 def test_a_full_disk(small, tmp_path):
-    """An error in one line, and no file left."""
+    """An error in one line, and no part of a file left."""
     full = "No space left on device"
-    refused(small("64k", "run", "--set", "k=1e6", "--out", "small"), "can't write small", full)
+    refused(small("16k", "run", "--set", "k=1e6", "--out", "small"), "can't write small", full)
     refused(small("256k", "build", "--out", "small/x.fmu"), "small/x.fmu", full)
     env = {"TMPDIR": str(tmp_path / "small")}
     refused(small("256k", "run", "laws", "--out", "out", env=env), full, "set TMPDIR")

@@ -95,6 +95,8 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     Without the interpreter's shutdown: pythonfmu's library, in an FMU packaged unchanged, would
     access freed memory and abort once in some hundred times (see host.at_exit in fmu_src).
     """
+    # No figure is shown; matplotlib isn't imported with a backend that it doesn't have.
+    os.environ["MPLBACKEND"] = "Agg"
     code = one_line(sys.argv[1:] if arguments is None else arguments)
     for stream in (sys.stdout, sys.stderr):
         with contextlib.suppress(OSError, ValueError, AttributeError):
