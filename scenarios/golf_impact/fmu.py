@@ -1,5 +1,6 @@
 """The FMU: built if it is out of date, and ClubBallImpact.fmu driven by fmpy."""
 
+import errno
 import os
 import shutil
 import signal
@@ -177,13 +178,17 @@ class Fmu:
         check_temporary_folder()
         self.path = path
         self._messages: list[str] = []
+        self.folder = ""
         try:
             self.description = fmpy.read_model_description(str(path))
-            self.folder = fmpy.extract(str(path))
+            self.folder = tempfile.mkdtemp(prefix="golf-impact-")
+            fmpy.extract(str(path), self.folder)
             self.instance = self._instantiate()
         except Exception as error:  # fmpy raises Exception itself
-            why = f"{path} can't be loaded ({first_line(error)})"
-            raise UserError(f"{why}: run `golf-impact doctor {path}`") from error
+            shutil.rmtree(self.folder, ignore_errors=True)
+            full = isinstance(error, OSError) and error.errno == errno.ENOSPC
+            what = "set TMPDIR to another folder" if full else f"run `golf-impact doctor {path}`"
+            raise UserError(f"{path} can't be loaded ({first_line(error)}): {what}") from error
         self.variables = {v.name: v for v in self.description.modelVariables}
         self.references = {name: v.valueReference for name, v in self.variables.items()}
         # Restoring this state is far cheaper than reset, which makes a new Python object.
