@@ -13,7 +13,7 @@ from loaded import build_plain_fmu
 from reference_results import FOLDER
 
 from golf_build.archive import SUMS, checksums, unpack, write_archive
-from golf_build.packaging import bundle, guid_in
+from golf_build.packaging import _read, guid_in
 from golf_impact import fmu
 from golf_impact.errors import UserError
 from golf_impact.flaws import check_fmu, find_flaw
@@ -181,7 +181,9 @@ def test_the_list_of_files(tmp_path, fmu_path, files):
     package = module.removesuffix(".py").replace("club_ball_impact", "golf_physics")
     pages = {"index.html", "force.png", "model.png", "licenses/license.txt"}
     assert {f"documentation/{name}" for name in pages} | {"model.png", SUMS, module} <= set(files)
-    assert {f"{package}/{name}" for name in (*bundle(), "club_ball_impact.py")} <= set(files)
+    assert {
+        f"{package}/{name}" for name in (*_read(("golf_physics", "host")), "club_ball_impact.py")
+    } <= set(files)
     reference = {f"extra/org.golf-impact.reference/{file.name}" for file in FOLDER.iterdir()}
     assert {"documentation/externalDependencies.txt", *reference} <= set(files)
     installed = Path(pythonfmu.__file__).parent / "resources"

@@ -249,7 +249,7 @@ def test_fmpy_compiles_it(native_path, tmp_path):
 
 def test_without_a_compiler(monkeypatch, tmp_path):
     """One line says what is missing, and nothing is written."""
-    monkeypatch.setattr(native, "_ziglang", lambda: None)
+    monkeypatch.setattr(native, "ziglang", lambda: None)
     monkeypatch.setattr(native.shutil, "which", lambda name: None)
     done = golf_here("build", "--native", "--out", tmp_path / "x.fmu")
     refused(done, "--native needs a C compiler", "ziglang")
@@ -257,7 +257,7 @@ def test_without_a_compiler(monkeypatch, tmp_path):
 
 
 def test_this_machines_compiler_builds_for_it_alone(monkeypatch, compiled, tmp_path):
-    monkeypatch.setattr(native, "_ziglang", lambda: None)
+    monkeypatch.setattr(native, "ziglang", lambda: None)
     done = golf_here("build", "--native", "--out", tmp_path / "x.fmu", code=0)
     assert f"For {native.this_machine()} alone" in done.stderr
     with Fmu(tmp_path / "x.fmu") as fmu:

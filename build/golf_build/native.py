@@ -217,7 +217,7 @@ def _comment(source: bytes) -> bytes:
 # Compilers
 
 
-def _ziglang() -> Path | None:
+def ziglang() -> Path | None:
     """The folder of ziglang, if it is installed in its one version."""
     found = importlib.util.find_spec("ziglang")
     if found is None or importlib.metadata.version("ziglang") != ZIGLANG:
@@ -227,7 +227,7 @@ def _ziglang() -> Path | None:
 
 def fewer_platforms() -> str:
     """This machine's platform, if a native FMU that is built here is for that alone; else empty."""
-    return "" if _ziglang() else f"{platform.system()} {platform.machine()}"
+    return "" if ziglang() else f"{platform.system()} {platform.machine()}"
 
 
 def advice() -> str:
@@ -248,14 +248,14 @@ def _binaries(
 
 
 def _targets(fmi: int, here: bool) -> list[Target]:
-    if _ziglang() and not here:
+    if ziglang() and not here:
         return [target for target in TARGETS if fmi in target.folders]
     mine = [target for target in TARGETS if " ".join(target.machine) == this_machine()]
     if here:
         mine = [t._replace(folders={2: f"{t.machine[0].lower()}64", **t.folders}) for t in mine]
     if mine and fmi not in mine[0].folders:
         raise NativeError(f"--native is refused for FMI 2.0 on {this_machine()}: use --fmi 3")
-    if not mine or (_ziglang() is None and shutil.which(_cc()) is None):
+    if not mine or (ziglang() is None and shutil.which(_cc()) is None):
         raise NativeError(
             f"--native needs a C compiler: {advice()}; for this platform alone {_cc()} does, if it "
             "is installed"
@@ -269,7 +269,7 @@ def _cc() -> str:
 
 def _library(target: Target, sources: dict[str, bytes], model: str) -> bytes:
     """The library for a platform."""
-    zig = _ziglang()
+    zig = ziglang()
     command = [sys.executable, "-m", "ziglang", "cc", "-target", target.zig] if zig else [_cc()]
     out = f"{model}{target.suffix}"
     command += [*_FLAGS, "all.c", "-o", out]
@@ -300,7 +300,7 @@ def _timeless(dll: bytes) -> bytes:
 
 def _notices(targets: Iterable[Target]) -> Iterator[tuple[str, bytes]]:
     """Licences of what zig links, by name."""
-    zig = _ziglang()
+    zig = ziglang()
     for target in targets if zig else ():
         for name, file in target.notices.items():
             yield name, (zig / file).read_bytes()  # type: ignore[operator]

@@ -212,11 +212,6 @@ def _read(sources: Iterable[str]) -> dict[str, bytes]:
     return files
 
 
-def bundle() -> dict[str, bytes]:
-    """The modules of the physics by their paths in an FMU's package, and host in it."""
-    return _read(("golf_physics", "host"))
-
-
 def project_license() -> bytes:
     """The licence of the project; inside this package where it is installed."""
     places = (HERE / "LICENSE", HERE.parents[1] / "LICENSE")

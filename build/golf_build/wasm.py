@@ -4,8 +4,6 @@
 page has them. The same sources make the same bytes on every machine: ziglang is pinned.
 """
 
-import importlib.metadata
-import importlib.util
 import os
 import subprocess
 import sys
@@ -14,6 +12,7 @@ from pathlib import Path
 
 from golf_build.archive import scratch, whole
 from golf_build.extras import install_command
+from golf_build.native import ZIGLANG, ziglang
 from golf_build.native_header import header
 from golf_build.packaging import fmu_source
 
@@ -32,9 +31,6 @@ _NOTICES = {
     "wasi-libc, MIT": "lib/libc/wasi/LICENSE-MIT",
 }
 
-#: Other versions make other bytes.
-ZIGLANG = "0.13.0"
-
 
 class WasmError(Exception):
     """The WebAssembly can't be built here; the message says what is missing."""
@@ -46,11 +42,10 @@ def build() -> dict[str, bytes]:
     Raises:
         WasmError: ziglang is missing or of another version, or fails.
     """
-    found = importlib.util.find_spec("ziglang")
-    if found is None or importlib.metadata.version("ziglang") != ZIGLANG:
+    zig = ziglang()
+    if zig is None:
         needs = f"the page's WebAssembly needs ziglang {ZIGLANG} for its bytes"
         raise WasmError(f"{needs}: {install_command('native')}")
-    zig = Path(str(found.origin)).parent
     sources = {file.name: file.read_bytes() for file in fmu_source("native").glob("*.[ch]")}
     sources["variables.h"] = header(2, "", {}).encode()
     command = [sys.executable, "-m", "ziglang", "cc", *_FLAGS, "page.c", "-o", "physics.wasm"]
