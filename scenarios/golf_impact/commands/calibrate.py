@@ -5,6 +5,7 @@ from typer import Option
 
 from golf_impact.commands.bench import Out
 from golf_impact.commands.console import RESULTS, out, print_table, progress, say
+from golf_impact.commands.options import pairs_of
 from golf_impact.errors import UserError
 
 EPILOG = (
@@ -113,13 +114,7 @@ def calibrate(
 
 def _pairs(texts: list[str] | None, option: str, example: str) -> dict[str, str]:
     """Values by name, of NAME=VALUE."""
-    found: dict[str, str] = {}
-    for text in texts or []:
-        name, _, value = (part.strip() for part in text.partition("="))
-        name = name.replace("-", "_")
-        if not (name and value):
-            raise UserError(f"--{option} {text} is refused: write NAME=VALUE, e.g. {example}")
-        if name in found:
-            raise UserError(f"--{option} {name} is given twice")
-        found[name] = value
-    return found
+    # As keyword arguments and as options are written.
+    parts = (text.partition("=") for text in texts or [])
+    pairs = (f"{name.replace('-', '_')}{sign}{value}" for name, sign, value in parts)
+    return pairs_of(pairs, f"NAME=VALUE, e.g. --{option} {example}", f"--{option}")

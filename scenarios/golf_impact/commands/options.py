@@ -28,15 +28,15 @@ def values_of(pairs: Sequence[str]) -> dict[str, float]:
     return values
 
 
-def pairs_of(pairs: Iterable[str], form: str) -> dict[str, str]:
-    """Texts by name of options --set NAME=TEXT; UserError for another form, or a name twice."""
+def pairs_of(pairs: Iterable[str], form: str, option: str = "--set") -> dict[str, str]:
+    """Texts by name of an option NAME=TEXT; UserError for another form, or a name twice."""
     texts: dict[str, str] = {}
     for pair in pairs:
         name, _, text = map(str.strip, pair.partition("="))
         if not (name and text):
-            raise UserError(f"--set {pair} is refused: write --set {form}")
+            raise UserError(f"{option} {pair} is refused: write {form}")
         if name in texts:
-            raise UserError(f"--set {name} is given twice: write it once, as --set {form}")
+            raise UserError(f"{option} {name} is given twice: write it once, as {form}")
         texts[name] = text
     return texts
 
