@@ -125,8 +125,8 @@ def build(builder: Builder, out: Path, here: bool = False) -> Path:
     Args:
         builder: of ClubBallImpact.
         out: the file.
-        here: for this machine alone, where fmpy looks; aarch64 Linux, too, of which FMI 2.0 knows
-            nothing.
+        here: for this machine alone, in the folder that fmpy loads from; also for aarch64 Linux,
+            for which FMI 2.0 defines no folder.
 
     Raises:
         NativeError: there is no compiler, or it fails.
