@@ -1,7 +1,7 @@
 """The impacts that tests share, by name, and what is expected of them.
 
 Two sources that share nothing with the FMU: `exact`, of 40 digits and more, and `integrated`, by
-SciPy's DOP853. `data/golden.json` pins the first (tests/golden.py).
+SciPy's DOP853. `data/golden.json` pins the first (tests/tools/golden.py).
 """
 
 from functools import cache

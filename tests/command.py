@@ -54,8 +54,11 @@ def printed_values(done):
 
 
 def run_python(program, *arguments, **options):
-    """Run a Python program, given as text, in a process of its own; see `run`."""
-    return run(sys.executable, "-c", program, *arguments, **options)
+    """Run a Python program, given as text, that may import from tests/; see `run`."""
+    env = options.pop("env", None) or os.environ
+    path = [str(ROOT / "tests"), *filter(None, [env.get("PYTHONPATH")])]
+    env = env | {"PYTHONPATH": os.pathsep.join(path)}
+    return run(sys.executable, "-c", program, *arguments, env=env, **options)
 
 
 def golf(*arguments, cwd=None, env=None, program=(COMMAND,), code=None, **options):

@@ -22,7 +22,7 @@ from golf_build.system import build as build_system
 from golf_impact.doctor import find_libpython_for
 from golf_impact.fmu import builder_of
 
-pytest_plugins = ["companions", "page"]
+pytest_plugins = ["companions"]
 
 HERE = Path(__file__).resolve().parent
 
@@ -209,7 +209,7 @@ def fmu(_loaded):
 
 @pytest.fixture(scope="session")
 def compiled(extracted, tmp_path_factory):
-    """A function that compiles a file of tests/native_host and gives the program's path."""
+    """A function that compiles a file of tests/hosts/native_host and gives the program's path."""
     compiler = shutil.which("cc") or shutil.which("gcc")
     if compiler is None:
         pytest.skip("there is no C compiler on this machine")
@@ -221,7 +221,7 @@ def compiled(extracted, tmp_path_factory):
     def compiled(name, *options, by=(compiler,), libraries=("-ldl", "-pthread", "-lm"), suffix=""):
         program = folder / f"{name}{suffix}"
         if not program.exists():
-            source = HERE / "native_host" / f"{name}.c"
+            source = HERE / "hosts" / "native_host" / f"{name}.c"
             subprocess.run([*by, *flags, *options, source, "-o", program, *libraries], check=True)
         return program
 

@@ -1,6 +1,6 @@
 """The READMEs: links, lengths, and the tables made from the code.
 
-`python tests/test_readmes.py` writes these tables anew.
+`python tests/commands/test_readmes.py` writes these tables anew.
 """
 
 import ast
@@ -64,7 +64,7 @@ def updated(text):
 
 def test_tables_are_those_of_the_code():
     text = README.read_text("utf-8")
-    assert updated(text) == text, "run `python tests/test_readmes.py`"
+    assert updated(text) == text, "run `python tests/commands/test_readmes.py`"
 
 
 def test_what_is_implemented_where_exists():

@@ -44,7 +44,7 @@ ALLOWED = {"instances": 0.0, "restarts": 4.0}
 @pytest.mark.parametrize("task", ALLOWED)
 def test_nothing_is_left_behind(much, folders, record_property, task):
     count = much[task]
-    command = sys.executable, "-X", "faulthandler", HERE / "endurance.py", task, count
+    command = sys.executable, "-X", "faulthandler", HERE / "hosts" / "endurance.py", task, count
     env = os.environ | {"PYTHONPATH": str(HERE.parent)}
     with ThreadPoolExecutor(2) as pool:
         ended = pool.map(lambda folder: run(*command, folder, env=env, timeout=3600), folders)

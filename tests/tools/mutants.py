@@ -8,7 +8,7 @@ from itertools import chain, pairwise, zip_longest
 from pathlib import Path
 from typing import NamedTuple
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = (
     *(f"fmu_src/golf_physics{name}" for name in ("", "/component", "/laws", "/numerics")),
     "fmu_src/golf_physics/companions",

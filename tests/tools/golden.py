@@ -1,4 +1,4 @@
-"""Golden rows, which pin the references of the tests: `python tests/golden.py` writes them.
+"""Golden rows, which pin the references of the tests: `python tests/tools/golden.py` writes them.
 
 Linear laws by matrix exponentials, from which stress's reference has nothing; the power law by
 quadrature. Tables that were computed elsewhere, before the project, agree with both within 6e-16:
@@ -12,10 +12,10 @@ import mpmath
 from cases import CASES, exact, horizon
 from quadrature import PowerLawContact
 
-FILE = Path(__file__).parent / "data" / "golden.json"
+FILE = Path(__file__).parents[1] / "data" / "golden.json"
 ABOUT = (
-    "SI units, 25 digits, at separation. `python tests/golden.py` writes them: linear laws by "
-    "matrix exponentials of 60 digits, the power law by quadrature of 40. Tables computed "
+    "SI units, 25 digits, at separation. `python tests/tools/golden.py` writes them: linear laws "
+    "by matrix exponentials of 60 digits, the power law by quadrature of 40. Tables computed "
     "elsewhere agree within 6e-16, the rounding of their decimals to doubles."
 )
 NAMES = (

@@ -69,7 +69,7 @@ class Model:
         begun: (start time, values) with which stepping began, or None.
         steps: the accepted ones since then: (point, size, inputs, whether the point jumped).
         wild: after values that may leave the range of a double: then any refusal is right, and
-            only crashes are errors (tests/test_values.py checks the numbers).
+            only crashes are errors (tests/numbers/test_values.py checks the numbers).
     """
 
     values: dict

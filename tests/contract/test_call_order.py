@@ -18,7 +18,7 @@ from call_order import Session
 from command import run
 from conftest import HERE
 
-MACHINE = HERE / "call_order_machine.py"
+MACHINE = HERE / "contract" / "call_order_machine.py"
 
 # Examples, rules of each, and seed. The same sequences every time, more of them in CI; 100,200 new
 # ones at night: long ones (some 1300 calls), where errors pile up, and more short ones. The last

@@ -249,7 +249,7 @@ class CallOrder(RuleBasedStateMachine):
 
     @rule(data=st.data(), s=st.sampled_from(STATES))
     def damaged_bytes(self, data, s):
-        """Cut or others: tests/test_state.py has more kinds of damage."""
+        """Cut or others: tests/contract/test_state.py has more kinds of damage."""
         i = self.any_instance(data)
         whole = session.pack(i, self.any_state(data), "0") if session.states else b""
         cut = st.integers(0, len(whole)).map(lambda n: whole[:n])

@@ -308,7 +308,7 @@ def test_a_host_that_traps_floating_point_exceptions(native_path, tmp_path):
         pytest.skip("there is no gcc on this machine")
     folder = fmpy.extract(str(native_path), str(tmp_path / "fmu"))
     command = ["gcc", "-std=c99", "-O1", "-w", f"-I{folder}/sources"]
-    run(*command, HERE / "native_host" / "traps.c", "-o", tmp_path / "traps", "-lm")
+    run(*command, HERE / "hosts" / "native_host" / "traps.c", "-o", tmp_path / "traps", "-lm")
     assert run(tmp_path / "traps", "1500", "1").stdout == "done\n"
 
 
@@ -413,7 +413,11 @@ def test_random_impacts_under_sanitizers(sanitized, tmp_path):
     asan = run(shutil.which("gcc"), "-print-file-name=libasan.so").stdout.strip()
     code = "import sys, test_native as t; fmu = t.Fmu(t.Path(sys.argv[1]))\n"
     code += "with fmu: t.compare_bits(fmu, range(300))"
-    env = {"LD_PRELOAD": asan, "ASAN_OPTIONS": "detect_leaks=0", "PYTHONPATH": str(HERE)}
+    env = {
+        "LD_PRELOAD": asan,
+        "ASAN_OPTIONS": "detect_leaks=0",
+        "PYTHONPATH": os.pathsep.join((str(HERE), str(HERE / "hosts"))),
+    }
     run(sys.executable, "-c", code, fmu, env=os.environ | env)
 
 

@@ -231,7 +231,7 @@ with instance(sys.argv[1]) as slave:
     libm.fedisableexcept(1)
     print(trapping)
 """
-    done = run_python(program, native_path, HERE)
+    done = run_python(program, native_path, HERE / "contract")
     assert done.stdout.splitlines()[-1] == "1"
 
 
@@ -274,7 +274,7 @@ print(dict(seen))
 @pytest.mark.parametrize("name", ["fmi2", "Swing"])
 @pytest.mark.parametrize("times", repeated(20, 60, 300))
 def test_ctrl_c_is_a_keyboard_interrupt(fmus, name, times):
-    done = run_python(_INTERRUPTED, fmus[name], HERE, times)
+    done = run_python(_INTERRUPTED, fmus[name], HERE / "contract", times)
     assert done.stdout == f"{{'KeyboardInterrupt': {times}}}\n", done.stderr[-2000:]
 
 
@@ -287,4 +287,4 @@ signal.signal(signal.SIGINT, print)
 with instance(sys.argv[1]) as slave:
     assert signal.getsignal(signal.SIGINT) is print
 """
-    run_python(program, fmus["fmi2"], HERE)
+    run_python(program, fmus["fmi2"], HERE / "contract")

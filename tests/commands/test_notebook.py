@@ -7,7 +7,7 @@ import nbformat
 import pytest
 from nbclient import NotebookClient
 
-FILE = Path(__file__).resolve().parents[1] / "scenarios" / "first_impact.ipynb"
+FILE = Path(__file__).resolve().parents[2] / "scenarios" / "first_impact.ipynb"
 
 
 def printed(notebook):

@@ -1,4 +1,4 @@
-"""The reference results in the FMUs: `python tests/reference_results.py` writes them.
+"""The reference results in the FMUs: `python tests/tools/reference_results.py` writes them.
 
 They come from stress's reference, which has 80 digits and shares nothing with the FMU.
 """

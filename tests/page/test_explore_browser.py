@@ -10,8 +10,8 @@ import subprocess
 import tarfile
 
 import pytest
-from page import Tab, chrome
 from selenium.webdriver import ActionChains, Keys
+from tab import Tab, chrome
 
 import golf_impact
 from golf_impact.ball import BALLS

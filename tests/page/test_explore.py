@@ -12,7 +12,7 @@ from cases import DEFAULTS
 from command import ROOT, golf_here, refused
 from compare import assert_within
 from html5 import check_page
-from page import by_wasm, facts
+from tab import by_wasm, facts
 
 import golf_impact
 from golf_impact.ball import BALLS

@@ -248,7 +248,7 @@ def test_companions_have_a_page_and_an_experiment(system_files):
 
 def test_the_reference_results_come_from_the_reference():
     found = {file.name: file.read_text() for file in FOLDER.glob("ClubBallImpact_*")}
-    assert found == reference_results(), "python tests/reference_results.py writes them"
+    assert found == reference_results(), "python tests/tools/reference_results.py writes them"
 
 
 def test_the_fmu_has_the_reference_results(fmu):

@@ -1,7 +1,7 @@
 """Mutation testing: which small defect does no test notice?
 
-`python tests/mutation.py --count 300` puts defects into a copy of the checkout, one at a time, and
-runs the tests that execute the changed line (also inside a built FMU or a subprocess) up to the
+`python tests/tools/mutation.py --count 300` puts defects into a copy of the checkout, one at a time,
+and runs the tests that execute the changed line (also inside a built FMU or a subprocess) up to the
 first failure; a mutant that survives these gets all other default tests. The mutants follow from
 the seed, in turns from each package: a larger count continues a smaller one. Results are appended
 to a file, so that an interrupted run continues; `--again FILE...` runs these test files on the
@@ -35,7 +35,7 @@ import pytest
 from mutants import PACKAGES, ROOT, Mutant, sample
 
 #: They compare documents with the code: a defect that they notice may be written down by mistake.
-NO_EVIDENCE = "tests/test_readmes.py", "tests/test_imports.py"
+NO_EVIDENCE = "tests/commands/test_readmes.py", "tests/commands/test_imports.py"
 
 #: s, measured: so many of the tests that execute its line are run on every mutant.
 _FIRST = 60.0
@@ -98,7 +98,10 @@ class Checkout:
 
     def run(self, *arguments: str, **more: str) -> tuple[str, list]:
         """Run pytest with more environment; how it ended, and name, failure, seconds by test."""
-        path = [str(self.root / name) for name in ("fmu_src", "build", "scenarios", "tests")]
+        path = [
+            str(self.root / name)
+            for name in ("fmu_src", "build", "scenarios", "tests", "tests/tools")
+        ]
         report, log = self.folder / "report", self.folder / "log"
         report.write_text("")
         env = {"PYTHONPATH": os.pathsep.join(path), "MUTATION_REPORT": str(report), **more}
@@ -209,7 +212,7 @@ def equivalents() -> dict[tuple[str, ...], str]:
     """Reasons why mutants are equivalent, by their differences."""
     from golf_impact.toml import read_toml
 
-    rows = read_toml(ROOT / "tests" / "equivalent_mutants.toml")["mutants"]
+    rows = read_toml(ROOT / "tests" / "tools" / "equivalent_mutants.toml")["mutants"]
     return {tuple(difference): reason for *difference, reason in rows}
 
 
