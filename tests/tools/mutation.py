@@ -1,11 +1,11 @@
 """Mutation testing: which small defect does no test notice?
 
-`python tests/tools/mutation.py --count 300` puts defects into a copy of the checkout, one at a time,
-and runs the tests that execute the changed line (also inside a built FMU or a subprocess) up to the
-first failure; a mutant that survives these gets all other default tests. The mutants follow from
-the seed, in turns from each package: a larger count continues a smaller one. Results are appended
-to a file, so that an interrupted run continues; `--again FILE...` runs these test files on the
-survivors. equivalent_mutants.toml lists mutants that change no result, with the reason.
+`python tests/tools/mutation.py --count 300` puts defects into a copy of the checkout, one at a
+time, and runs the tests that execute the changed line (also inside a built FMU or a subprocess) up
+to the first failure; a mutant that survives these gets all other default tests. The mutants follow
+from the seed, in turns from each package: a larger count continues a smaller one. Results are
+appended to a file, so that an interrupted run continues; `--again FILE...` runs these test files on
+the survivors. equivalent_mutants.toml lists mutants that change no result, with the reason.
 
 mutmut 3.8 writes its dispatch and imports into the sources, from where they would be packed into
 the FMUs; cosmic-ray 8.7 runs all tests on every mutant, 650 of `golf_physics.impact` alone.
