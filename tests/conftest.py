@@ -22,7 +22,7 @@ from golf_build.system import build as build_system
 from golf_impact.doctor import find_libpython_for
 from golf_impact.fmu import builder_of
 
-pytest_plugins = ["companions"]
+pytest_plugins = ["companions", "ways"]
 
 HERE = Path(__file__).resolve().parent
 

@@ -1,0 +1,301 @@
+"""The ways to get an impact's outputs, one list with one interface.
+
+Steppable ones: the physics in this process, and the FMUs 2.0 and 3.0, in Python and native. Others
+give the results of whole impacts: Python's functions, alone and by arrays, and the page.
+"""
+
+import math
+import shutil
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+
+import fmpy
+import numpy as np
+import pytest
+from components import put
+from fmpy.fmi1 import FMICallException
+from golf_physics.component.component import Component
+from golf_physics.variables import BY_NAME, VARIABLES
+from instances import logging_to, make_instance
+
+import golf_impact
+from golf_build import native
+from golf_impact.fmu import builder_of
+from golf_impact.runs import FLAGS, METRICS
+
+REALS = [v.name for v in VARIABLES if (v.causality, v.type) == ("output", "Real")]
+
+
+class Stepped:
+    """An instance with its clock, for any number of runs.
+
+    Attributes:
+        time: the host's, s.
+        messages: the sentences by which it has refused something in this run.
+    """
+
+    time: float
+    messages: list[str]
+
+    def begin(self, values: Mapping[str, float] = {}, start: float = 0.0) -> "Stepped":
+        """A new run from a time (s) on; bad values are messages."""
+        self.messages.clear()
+        self.time = start
+        self._begin(values, start)
+        return self
+
+    def step(self, size: float, point: float | None = None) -> bool:
+        """A step of `size` s, from the present time unless a point is given; if it's accepted."""
+        point = self.time if point is None else point
+        accepted = self._step(point, size)
+        if accepted:
+            self.time = point + size
+        return accepted
+
+    def read(self, names: Iterable[str] = (*REALS, *FLAGS)) -> dict[str, float]:
+        """Outputs by name, by default all."""
+        names = list(names)
+        reals = [name for name in names if name not in FLAGS]
+        found = dict(zip(reals, self._reals(reals), strict=True)) if reals else {}
+        return found | {name: self._flag(name) for name in names if name in FLAGS}
+
+    def __getitem__(self, name: str) -> float:
+        """An output."""
+        return self.read([name])[name]
+
+    def path(
+        self, values: Mapping[str, float], steps: Iterable[tuple[float, Mapping[str, float]]]
+    ) -> list[dict[str, float]]:
+        """All outputs after each step (s), with the inputs that are set before it."""
+        self.begin(values)
+        found = []
+        for size, inputs in steps:
+            self.set(**inputs)
+            assert self.step(size), self.messages
+            found.append(self.read())
+        return found
+
+    def outputs(self, cases: Iterable[Mapping[str, float]]) -> list[dict[str, float] | str]:
+        """What the whole ways return, in one step of 1 s, or a contact's length if it's longer."""
+        found = []
+        for values in cases:
+            self.begin(values)
+            self.step(1.0)
+            found.append(self.messages[0] if self.messages else self.read(METRICS))
+        return found
+
+
+class InProcess(Stepped):
+    """golf_physics in this process."""
+
+    def __init__(self, kind: type[Component] = Component) -> None:
+        self.messages = []
+        self.component = kind(lambda refusal: self.messages.append(str(refusal)))
+        self._initial = self.component.snapshot()
+
+    def _begin(self, values: Mapping[str, float], start: float) -> None:
+        self.component.restore(self._initial)
+        self.component.set_up(start)
+        self.component.enter_initialization()
+        self.set(**values)
+        self.component.exit_initialization()
+
+    def set(self, **values: float) -> None:
+        put(self.component, **values)
+
+    def _step(self, point: float, size: float) -> bool:
+        return self.component.step(point, size)
+
+    def _reals(self, names: Sequence[str]) -> list[float]:
+        found = self.component.reals([BY_NAME[name].reference for name in names])
+        return found[: len(names)]
+
+    def _flag(self, name: str) -> bool:
+        return bool(self.component.discretes([BY_NAME[name].reference], "Boolean")[0])
+
+    def save(self, as_bytes: bool = False) -> tuple:
+        """The state, through bytes if asked for."""
+        state = self.component.snapshot()
+        if as_bytes:
+            state = Component.unpacked(Component.packed(state))
+        return state, self.time
+
+    def restore(self, saved: tuple) -> None:
+        state, self.time = saved
+        self.component.restore(state)
+
+
+class InFmu(Stepped):
+    """An FMU by fmpy, of either version of FMI, in Python or native."""
+
+    def __init__(self, folder: str) -> None:
+        self.messages = []
+        if fmpy.read_model_description(folder, validate=False).fmiVersion == "2.0":
+            logger = logging_to(lambda status, text: self.messages.append(text))
+            self.slave = make_instance(folder, callbacks=logger, loggingOn=True)
+            self._state = "FMUstate"
+        else:
+            self.slave, self._state = make_instance(folder), "FMUState"
+            self.messages = self.slave.messages
+        self._initial = self._call("get")
+
+    def _call(self, what: str, *arguments: object) -> object:
+        return getattr(self.slave, what + self._state)(*arguments)
+
+    def close(self) -> None:
+        self._call("free", self._initial)
+        self.slave.freeInstance()
+
+    def _begin(self, values: Mapping[str, float], start: float) -> None:
+        self._call("set", self._initial)
+        if self._state == "FMUstate":
+            self.slave.setupExperiment(startTime=start)
+            self.slave.enterInitializationMode()
+        else:
+            self.slave.enterInitializationMode(startTime=start)
+        self.set(**values)
+        # The native FMU returns Error for values that don't fit together.
+        with suppress(FMICallException):
+            self.slave.exitInitializationMode()
+
+    def set(self, **values: float) -> None:
+        for name, value in values.items():
+            setter = self.slave.set_integers if name == "law" else self.slave.set_reals
+            setter([self.slave.references[name]], [value])
+
+    def _step(self, point: float, size: float) -> bool:
+        try:
+            self.slave.doStep(point, size)
+        except FMICallException:
+            assert self.messages
+            return False
+        return True
+
+    def _reals(self, names: Sequence[str]) -> list[float]:
+        return self.slave.get_reals([self.slave.references[name] for name in names])
+
+    def _flag(self, name: str) -> bool:
+        return bool(self.slave.getBoolean([self.slave.references[name]])[0])
+
+    def save(self, as_bytes: bool = False) -> tuple:
+        """The state, through bytes if asked for."""
+        state = self._call("get")
+        if as_bytes:
+            data = self._call("serialize", state)
+            self._call("free", state)
+            read = "deSerialize" if self._state == "FMUstate" else "deserialize"
+            state = self._call(read, data)
+        return state, self.time
+
+    def restore(self, saved: tuple) -> None:
+        state, self.time = saved
+        self._call("set", state)
+
+
+class Alone:
+    """`golf_impact.run_impact`."""
+
+    def outputs(self, cases: Iterable[Mapping[str, float]]) -> list[dict[str, float] | str]:
+        """Of each case the metrics, NaN where there is none, or why it is refused."""
+        found = []
+        for values in cases:
+            try:
+                found.append(golf_impact.run_impact(**values))
+            except golf_impact.UserError as refusal:
+                found.append(str(refusal))
+        return found
+
+
+class Arrays:
+    """`golf_impact.run_impacts`, of all cases in one call."""
+
+    def outputs(self, cases: Iterable[Mapping[str, float]]) -> list[dict[str, float] | str]:
+        """See `Alone`; the sentence is known of the first refused case alone."""
+        cases = list(cases)
+        names = {name for values in cases for name in values}
+        default = {name: BY_NAME[name].start for name in names}
+        columns = {name: np.array([(default | v)[name] for v in cases]) for name in names}
+        found = golf_impact.run_impacts(**columns)
+        rows = (dict(zip(found, map(float, row))) for row in zip(*found.values()))
+        return [found.reason if bad else row for bad, row in zip(found.refused, rows)]
+
+
+class Page:
+    """The WebAssembly of `golf-impact explore`, of all cases in one run of node."""
+
+    def __init__(self, folder) -> None:
+        self.folder = folder
+
+    def outputs(self, cases: Iterable[Mapping[str, float]]) -> list[dict[str, float] | str]:
+        """See `Alone`."""
+        from page.tab import by_wasm
+
+        def row(metrics):
+            return {n: math.nan if x is None else x for n, x in metrics.items() if n in METRICS}
+
+        found = by_wasm(list(cases), self.folder)
+        return [one["refused"] if "refused" in one else row(one["metrics"]) for one in found]
+
+
+#: FMUs: the version of FMI.
+FMUS = {"FMI 2.0": 2, "FMI 3.0": 3, "native, FMI 2.0": 2, "native, FMI 3.0": 3}
+STEPPED = ("in process", *FMUS)
+WHOLE = {"alone": Alone, "arrays": Arrays, "page": Page}
+WAYS = (*STEPPED, *WHOLE)
+
+
+def _plain(names: Iterable[str]) -> list:
+    """With --native, only the native FMUs."""
+    return [
+        pytest.param(name, id=name, marks=[] if "native" in name else pytest.mark.plain)
+        for name in names
+    ]
+
+
+def fmu_file(once, name):
+    """An FMU of the list, native ones for this machine alone; built once in a run of the tests."""
+    if "native" not in name:
+        return once(f"{name}.fmu", fmi=FMUS[name])
+    if native.fewer_platforms() and shutil.which("cc") is None:
+        pytest.skip(native.advice())
+    return once(f"{name}.fmu", lambda path: native.build(builder_of(fmi=FMUS[name]), path, True))
+
+
+@pytest.fixture(scope="session")
+def way_of(once, tmp_path_factory):
+    """A function that makes the way of a name, once; FMUs skip where they can't be built."""
+    made = {}
+
+    def way_of(name):
+        if name not in made:
+            if name in FMUS:
+                path = fmu_file(once, name)
+                made[name] = InFmu(fmpy.extract(str(path), str(tmp_path_factory.mktemp("way"))))
+            elif name == "page":
+                made[name] = Page(tmp_path_factory.mktemp("page"))
+            else:
+                made[name] = InProcess() if name == "in process" else WHOLE[name]()
+        return made[name]
+
+    yield way_of
+    for way in made.values():
+        if isinstance(way, InFmu):
+            way.close()
+
+
+@pytest.fixture(params=_plain(STEPPED))
+def stepped_way(request, way_of):
+    """Each way that can be stepped."""
+    return way_of(request.param)
+
+
+@pytest.fixture(params=_plain(FMUS))
+def fmu_way(request, way_of):
+    """Each FMU."""
+    return way_of(request.param)
+
+
+@pytest.fixture(params=_plain(WAYS))
+def way(request, way_of):
+    """Each way."""
+    return way_of(request.param)
