@@ -73,12 +73,12 @@ def pytest_addoption(parser):
 #: Files that take more than some seconds, the longest first: started last, one of them would occupy
 #: a single processor at the end.
 SLOW = (
-    "test_sweep", "test_system", "test_cli", "test_stress", "test_calibrate", "test_paths",
+    "test_sweep", "test_system", "test_cli", "test_stress", "test_calibrate", "test_command_line",
     "test_explore_browser", "test_explore", "test_bench", "test_native", "test_interop",
     "test_archives", "test_hosts", "test_native_host", "test_sweep_cluster", "test_call_order",
-    "test_endurance", "test_power_law", "test_scenarios", "test_state", "test_fmi3", "test_signals",
+    "test_endurance", "test_power_law", "test_scenarios", "test_state", "test_fmi3", "test_documents",
     "test_values", "test_install", "test_exit", "test_two_ways", "test_laws", "test_launch",
-"test_calibrate_records", "test_notebook",
+"test_calibrate_records",
 )  # fmt: skip
 
 
