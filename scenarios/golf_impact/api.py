@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from math import prod
 from numbers import Integral
 from typing import TYPE_CHECKING, Any
 
@@ -10,10 +11,9 @@ import numpy as np
 from golf_physics.variables import VARIABLES
 from numpy.typing import ArrayLike
 
-from golf_impact.arrays.impacts import DEFAULTS, MOMENTARY, impacts
-from golf_impact.arrays.scalar import ScalarImpacts
-from golf_impact.arrays.sensitivities import Sensitivities
-from golf_impact.arrays.sensitivities import sensitivities as slopes
+from golf_impact.arrays.contacts import Contacts, Values
+from golf_impact.arrays.impacts import DEFAULTS, MOMENTARY, ScalarImpacts, closed_contacts
+from golf_impact.arrays.relative import POWER_LAW
 from golf_impact.errors import UserError, unknown_name
 from golf_impact.runs import FLAGS, METRICS, PATH, ImpactArrays, Named
 
@@ -24,6 +24,15 @@ _OUTPUTS = tuple(row.name for row in VARIABLES if row.causality == "output")
 
 #: The largest communication step of the FMU, s.
 _LONGEST = 1e100
+
+#: The complex step; relative, or absolute (SI) of a variable below `_TINY`, where it would
+#: underflow. Its square is far below rounding.
+_STEP, _TINY = 1e-30, 1e-200
+
+_NOT_CLOSED = (
+    "its contact must be a closed form: underdamped, without a club_force, with a COR that isn't "
+    "far below golf's"
+)
 
 
 def balls() -> dict[str, Ball]:
@@ -89,7 +98,15 @@ def run_impacts(outputs: Iterable[str] = METRICS, **values: ArrayLike) -> Impact
     """
     outputs = names_of(outputs)
     check_names(outputs, values)
-    return impacts(outputs, *_columns(values))
+    columns, shape = _columns(values)
+    results = ImpactArrays(outputs, prod(shape))
+    if not MOMENTARY.intersection(outputs):
+        for places, contacts in closed_contacts(columns, prod(shape)):
+            results.closed[places] = contacts.closed
+            for name, column in results.items():
+                column[places] = getattr(contacts, name)
+    results.run(ScalarImpacts(), np.flatnonzero(~results.closed), columns)
+    return results.reshaped(shape)
 
 
 def run_trajectory(
@@ -206,6 +223,13 @@ def _numbers(values: Mapping[str, Any]) -> dict[str, float]:
     return numbers
 
 
+class Sensitivities(Named[dict[str, np.ndarray]]):
+    """Derivatives by output and variable, arrays of the shape of the cases."""
+
+    refused: np.ndarray  #: whether the physics rejects a case, bool
+    reason: str = ""  #: why a derivative is NaN in the first case with one, in C order
+
+
 def sensitivities(
     outputs: Iterable[str] = METRICS,
     wrt: Iterable[str] = ("k", "b", "club_speed"),
@@ -247,4 +271,47 @@ def sensitivities(
                 "change after it, over numbers other than law and club_force"
             )
             raise UserError(f"{name} is refused: {why}", name, reason=why)
-    return slopes(outputs, wrt, *_columns(values))
+    found, (columns, shape) = run_impacts(("touched",), **values), _columns(values)
+    slopes = {name: {of: np.full(shape, np.nan) for of in wrt} for name in outputs}
+    for places, contacts in closed_contacts(columns, prod(shape)):
+        for of in wrt:
+            for name, slope in _slopes(contacts, outputs, of).items():
+                slopes[name][of].flat[places] = np.where(contacts.closed, slope, np.nan)
+    results = Sensitivities(slopes)
+    results.refused = found.refused
+    missing = {
+        (n, of): np.isnan(slope).ravel() for n, row in slopes.items() for of, slope in row.items()
+    }
+    if np.any([*missing.values()]):
+        first = int(np.argmax(np.any([*missing.values()], axis=0)))
+        name, of = next(pair for pair, nan in missing.items() if nan[first])
+        if found.refused.flat[first]:
+            results.reason = found.reason
+        elif not found["touched"].flat[first]:
+            results.reason = "the bodies don't touch"
+        elif not found.closed.flat[first]:
+            results.reason = _NOT_CLOSED
+        else:
+            results.reason = f"{name} has no finite slope over {of} there"
+    return results
+
+
+def _slopes(contacts: Contacts, outputs: Sequence[str], of: str) -> dict[str, Values]:
+    """Derivatives by one variable; NaN where there is none."""
+    values = {name: getattr(contacts, name) for name in DEFAULTS}
+    size = np.abs(values[of])
+    step = _STEP * np.where(size < _TINY, 1.0, size)[()]
+    stepped = Contacts(contacts.formulas, values | {of: values[of] + 1j * step})
+    power_law = contacts.formulas is POWER_LAW
+    none: Any = of == "exponent" and not power_law
+    if of == "restitution_at_rest":
+        none = contacts.restitution_at_rest == 0.0
+    slopes = {}
+    for name in outputs:
+        no_slope = none
+        if power_law and name in ("contact_time", "contact_displacement"):
+            # Time passes as a power of x: without damping its slope over the damping is infinite.
+            no_slope = no_slope | ((contacts.zeta == 0.0) & (np.imag(stepped.zeta) != 0.0))
+        slope = np.imag(getattr(stepped, name)) / step
+        slopes[name] = np.where(no_slope | ~np.isfinite(slope), np.nan, slope)
+    return slopes

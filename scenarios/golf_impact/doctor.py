@@ -2,6 +2,7 @@
 
 import importlib.metadata
 import json
+import os
 import platform
 import re
 import shlex
@@ -9,17 +10,20 @@ import subprocess
 import sys
 import tempfile
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from golf_build.archive import unpack
-from golf_build.native import binaries_of, this_machine
-from golf_impact.errors import UserError
-from golf_impact.flaws import check_temporary_folder, find_flaw, run_apart
-from golf_impact.fmu import current_fmu
+import fmpy
 
-#: One step, and the reference results in the file, in a process of its own: a crash there is a
-#: finding here. Prints the outputs, and the largest relative deviation by case, as JSON.
+from golf_build.archive import SUMS, checksums, unpack
+from golf_build.fmi2 import BUILDER
+from golf_build.native import binaries_of, this_machine
+from golf_build.packaging import guid_in
+from golf_impact.errors import UserError, first_line
+from golf_impact.runs import FLAGS, METRICS, PATH
+
+#: One step, and the reference results in the file. Prints the outputs, and the largest relative
+#: deviation by case, as JSON.
 _LOAD = r"""
 import sys, json, pathlib, tempfile, zipfile, fmpy
 from fmpy.util import read_csv
@@ -62,11 +66,105 @@ _NO_LIBPYTHON = (
 )
 
 
-def examine(fmu: Path | None = None) -> Iterator[tuple[str, str]]:
+def find_flaw(path: Path) -> str | None:
+    """Why an .fmu file can't be run here, as far as that is seen in it, and what to do; or None.
+
+    A file that has a list of its members, with the digests that they were built with, must have
+    these members and no others.
+    """
+    # Not Path.is_file, which raises without permission to read.
+    if not os.path.isfile(path):
+        return f"there is no FMU file at {path}: run `golf-impact build`"
+    try:
+        files = unpack(path)  # which checks sizes and CRCs
+        if SUMS in files and files.pop(SUMS) != checksums(files):
+            raise ValueError("it has been changed since it was built")
+        if "SystemStructure.ssd" in files:
+            return f"{path} is an SSP, not an FMU: its FMUs are in its folder resources/"
+        if "modelDescription.xml" not in files:
+            raise ValueError("modelDescription.xml is missing")
+        fmpy.read_model_description(str(path))
+    except Exception as error:  # zipfile, XML and fmpy raise many types for damaged files
+        return f"{path} is not a readable FMU ({first_line(error)}): run `golf-impact build`"
+    machine, there = this_machine(), binaries_of(files)
+    if machine in there:
+        return None
+    others = " and ".join(sorted(there)) or "none"
+    return f"{path} has no binary for this machine, {machine}, but for {others}: use it there"
+
+
+def check_fmu(path: Path) -> Path:
+    """Check a file that a user names: it must be a ClubBallImpact.fmu that runs here.
+
+    Raises:
+        UserError: it is missing, damaged, another FMU, or can't be run here.
+    """
+    if why := find_flaw(path):
+        raise UserError(why)
+    about = fmpy.read_model_description(str(path))
+    known = {variable.name for variable in about.modelVariables}
+    if missing := [name for name in (*METRICS, *PATH, *FLAGS) if name not in known]:
+        raise UserError(f"{path} is another FMU ({about.modelName}): it lacks {missing[0]}")
+    if about.fmiVersion != "2.0" or about.coSimulation is None:
+        why = "is not an FMI 2.0 co-simulation FMU"
+        raise UserError(f"{path} {why}: run `golf-impact build`")
+    if guid_in(path) != BUILDER.guid():
+        try:
+            run_here(path)
+        except UserError as error:
+            raise UserError(f"{error}: run `golf-impact build`") from error
+    return path
+
+
+def run_here(fmu: Path) -> tuple[dict[str, float], dict[str, float]]:
+    """Run an FMU in a process of its own, which it may crash.
+
+    Modules are imported from the same folders as here, never from the working folder; what the
+    process leaves behind is removed.
+
+    Returns:
+        Outputs after a step of 5 ms by name (SI units); the largest deviation from the reference
+        results in the file by case, relative to the largest value of the output.
+
+    Raises:
+        UserError: it can't be run here.
+    """
+    program = f"import sys; sys.path[:] = {sys.path!r}\n{_LOAD}"
+    with tempfile.TemporaryDirectory(prefix="golf-impact-") as folder:
+        done = subprocess.run(
+            [sys.executable, "-c", program, str(fmu)],
+            capture_output=True,
+            text=True,
+            errors="replace",
+            env={**os.environ, "TMPDIR": folder, "TEMP": folder, "TMP": folder},
+        )
+    if code := done.returncode:
+        ended = f"signal {-code}" if code < 0 else f"exit {code}"
+        why = (done.stderr.strip() or "no message").splitlines()[-1]
+        raise UserError(f"{fmu} can't be run here ({ended}: {why})")
+    outputs, deviations = json.loads(done.stdout.splitlines()[-1])
+    return outputs, deviations
+
+
+def check_temporary_folder() -> None:
+    """UserError if pythonfmu would crash in the temporary folder.
+
+    Of the URI of the resources pythonfmu 0.7 decodes %20 only.
+    """
+    folder = tempfile.gettempdir()
+    if re.sub(r"[A-Za-z0-9/._~ \\:-]", "", folder):
+        raise UserError(
+            f"pythonfmu can't load an FMU from {folder}: set TMPDIR to a folder whose name has "
+            "letters, digits, spaces and . _ ~ - only"
+        )
+
+
+def examine(fmu: Path | None, current_fmu: Callable[[], Path]) -> Iterator[tuple[str, str]]:
     """Level (ok, warning, problem) and text of each finding about this Python and an FMU.
 
     Args:
-        fmu: an .fmu file; by default that of the current sources.
+        fmu: an .fmu file, if it isn't that of the current sources.
+        current_fmu: builds that.
     """
     names = ("golf-impact", "fmpy", "pythonfmu")
     versions = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in names)
@@ -78,10 +176,9 @@ def examine(fmu: Path | None = None) -> Iterator[tuple[str, str]]:
         yield "problem", f"temporary folder: {error}"
         return
     fmu = fmu or current_fmu()
-    if why := find_flaw(fmu):
-        yield "problem", f"FMU: {why}"
-        return
     try:
+        if why := find_flaw(fmu):
+            raise UserError(why)
         outputs, deviations = run_here(fmu)
     except UserError as error:
         yield "problem", f"FMU: {error}"
@@ -104,20 +201,6 @@ def examine(fmu: Path | None = None) -> Iterator[tuple[str, str]]:
         yield "ok", f"native hosts: {preload} your-host"
     else:
         yield "warning", f"libpython: {_NO_LIBPYTHON}"
-
-
-def run_here(fmu: Path) -> tuple[dict[str, float], dict[str, float]]:
-    """Run an FMU in a process of its own.
-
-    Returns:
-        Outputs after a step of 5 ms by name (SI units); the largest deviation from the reference
-        results in the file by case, relative to the largest value of the output.
-
-    Raises:
-        UserError: it can't be run here.
-    """
-    outputs, deviations = json.loads(run_apart(_LOAD, fmu).splitlines()[-1])
-    return outputs, deviations
 
 
 def find_libpython_for(fmu: Path) -> Path | None:

@@ -24,8 +24,8 @@ from fmpy.fmi2 import FMU2Slave
 from golf_build import archive, native, packaging, system
 from golf_build.fmi2 import BUILDER as FMI2
 from golf_build.fmi3 import BUILDER as FMI3
+from golf_impact.doctor import check_fmu, check_temporary_folder
 from golf_impact.errors import MissingFileError, UserError, first_line, unknown_name
-from golf_impact.flaws import check_fmu, check_temporary_folder
 from golf_impact.runs import METRICS, ImpactRuns, Named
 
 Entered = TypeVar("Entered", bound="Fmu")

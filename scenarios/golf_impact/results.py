@@ -73,8 +73,8 @@ def write_results(
     for name, result in results.items():
         images[name] = {}
         for title, figure in result.figures.items() if figures else ():
-            images[name][title] = png = _png(figure)
-            write(folder / f"{prefix}{title}.png", png)
+            images[name][title] = png(figure)
+            write(folder / f"{prefix}{title}.png", images[name][title])
         for title, rows in result.trajectories.items():
             write(folder / f"{prefix}{title}.csv", _csv(rows))
     cases = {name: result.cases for name, result in results.items()}
@@ -82,7 +82,8 @@ def write_results(
     return write(folder / f"{prefix}report.html", _report(results, images, source))
 
 
-def _png(figure: "Figure") -> bytes:
+def png(figure: "Figure") -> bytes:
+    """A figure as a PNG image; it is closed."""
     import matplotlib.pyplot as plt
 
     image = io.BytesIO()

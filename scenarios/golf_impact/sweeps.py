@@ -47,14 +47,14 @@ def parse_axis(name: str, given: Any) -> Axis:
         return np.array([ball(one.strip()).name for one in text.split(",")], object)
     try:
         axis = _parse(text.strip(), unit_of(name))
+        if name != "law":
+            return axis
+        # An Integer of FMI has 32 bits.
+        if _is_random(axis) or (axis % 1.0).any() or (abs(axis) > 2e9).any():
+            raise ValueError
     except ValueError as error:
         why = LAWS_IN_WORDS if name == "law" else f"{error}; write {_FORMS}"
         raise UserError(f"{name}={text} is refused: {why}", name, given, why) from None
-    if name != "law":
-        return axis
-    # An Integer of FMI has 32 bits.
-    if _is_random(axis) or (axis % 1.0).any() or (abs(axis) > 2e9).any():
-        raise UserError(f"{name}={text} is refused: {LAWS_IN_WORDS}", name, given, LAWS_IN_WORDS)
     return axis.astype(np.int64)
 
 
@@ -218,9 +218,8 @@ def sweep(
     design = Design(sets, outputs, samples, seed, method)
     columns = design.columns(0, design.cases)
     table = design.run(columns)
-    found = dict(table)
-    table.clear()
-    table.update(columns, **found)
+    # The swept variables first.
+    table.update(columns | {name: table.pop(name) for name in design.outputs})
     return table
 
 

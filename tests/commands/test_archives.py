@@ -15,8 +15,8 @@ from reference_results import FOLDER
 from golf_build.archive import SUMS, checksums, unpack, write_archive
 from golf_build.packaging import _read, guid_in
 from golf_impact import fmu
+from golf_impact.doctor import check_fmu, find_flaw
 from golf_impact.errors import UserError
-from golf_impact.flaws import check_fmu, find_flaw
 from golf_impact.fmu import builder_of
 from golf_impact.peers import empty_fmu
 

@@ -9,9 +9,8 @@ from compare import assert_close
 from conftest import HOST_TASKS, LAW_1
 
 from golf_impact.commands import doctor
-from golf_impact.doctor import run_here
+from golf_impact.doctor import check_temporary_folder, run_here
 from golf_impact.errors import UserError
-from golf_impact.flaws import check_temporary_folder
 
 
 @pytest.fixture(scope="module")

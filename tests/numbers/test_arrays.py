@@ -11,8 +11,7 @@ import pytest
 from compare import assert_within
 
 import golf_impact
-from golf_impact.arrays.impacts import DEFAULTS, MOMENTARY
-from golf_impact.arrays.scalar import ScalarImpacts
+from golf_impact.arrays.impacts import DEFAULTS, MOMENTARY, ScalarImpacts
 from golf_impact.ball import BALLS
 from golf_impact.runs import FLAGS, METRICS
 from golf_impact.scales import contact_scales

@@ -17,7 +17,7 @@ from hypothesis import assume, event, example, given
 from hypothesis import strategies as st
 from loaded import ImpactFmu
 
-from golf_impact.arrays.scalar import ScalarImpacts
+from golf_impact.arrays.impacts import ScalarImpacts
 from golf_impact.impact_checks import check
 from golf_impact.random_impacts import BASELINE, ImpactCase, half_contact, segments_of
 from golf_impact.runs import FLAGS

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from math import prod
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
+from golf_physics.instance import Instance
 from golf_physics.variables import VARIABLES
 
 from golf_impact.arrays.absolute import ABSOLUTE
 from golf_impact.arrays.contacts import Contacts
 from golf_impact.arrays.relative import POWER_LAW, RELATIVE
-from golf_impact.arrays.scalar import ScalarImpacts
-from golf_impact.runs import ImpactArrays
+from golf_impact.errors import UserError
+from golf_impact.runs import ImpactRuns
 
 #: Cases at a time, so that arrays stay in a processor's cache.
 _BLOCK = 4096
@@ -39,23 +39,10 @@ DEFAULTS: dict[str, Any] = {
 }
 
 
-def impacts(outputs: Sequence[str], columns: Columns, shape: tuple[int, ...]) -> ImpactArrays:
-    """Compute impacts, each in one communication step, as `golf_impact.run_impact` does.
+class ScalarImpacts(ImpactRuns, Instance):
+    """Single impacts by the scalar physics; methods raise UserError for what it refuses."""
 
-    Args:
-        outputs: names of Real or Boolean outputs.
-        columns: of the cases; defaults for the others.
-        shape: that of the results.
-    """
-    number = prod(shape)
-    results = ImpactArrays(outputs, number)
-    if not MOMENTARY.intersection(outputs):
-        for places, contacts in closed_contacts(columns, number):
-            results.closed[places] = contacts.closed
-            for name, column in results.items():
-                column[places] = getattr(contacts, name)
-    results.run(ScalarImpacts(), np.flatnonzero(~results.closed), columns)
-    return results.reshaped(shape)
+    error = UserError
 
 
 def closed_contacts(columns: Columns, number: int) -> Iterator[tuple[np.ndarray, Contacts]]:

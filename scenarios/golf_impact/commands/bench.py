@@ -50,13 +50,12 @@ def run_by_name(command: str, name: str, folder: Path, **options: Any) -> "Resul
         if find_spec(package) is None:
             raise missing_package(command, package, "bench")
     from functools import partial
-    from io import BytesIO
 
     from rich.progress import track
 
     from golf_impact import files, scripts
     from golf_impact.fmu import Impact
-    from golf_impact.results import plotting
+    from golf_impact.results import plotting, png
 
     files.check(folder / f"{command}.json")
     shown = partial(
@@ -66,8 +65,6 @@ def run_by_name(command: str, name: str, folder: Path, **options: Any) -> "Resul
         result = scripts.run_script(scripts.path_of(name), impact, track=shown, **options)
     with plotting():
         for title, figure in result.figures.items():
-            image = BytesIO()
-            figure.savefig(image, format="png")
-            files.write(folder / f"{title}.png", image.getvalue())
+            files.write(folder / f"{title}.png", png(figure))
     show({name: result})
     return result

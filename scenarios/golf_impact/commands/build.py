@@ -30,7 +30,7 @@ def build(
     """
     from golf_build import native as in_c
     from golf_build import system as systems
-    from golf_impact.flaws import check_temporary_folder
+    from golf_impact.doctor import check_temporary_folder
     from golf_impact.fmu import builder_of, default_path
 
     if fmi == 3 and system:

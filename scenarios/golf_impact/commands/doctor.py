@@ -16,11 +16,12 @@ def doctor(fmus: Annotated[list[Path] | None, Argument(metavar="FMU", hidden=Tru
     FMU is an .fmu file, repeatable; by default the built one. Exit code 1: there is a problem.
     """
     from golf_impact.doctor import examine
+    from golf_impact.fmu import current_fmu
 
     levels = set()
     chosen: list[Path | None] = [*fmus] if fmus else [None]
     for fmu in chosen:
-        for level, text in examine(fmu):
+        for level, text in examine(fmu, current_fmu):
             out.print(f"{level:<8}", style=_COLOURS[level], end=" ")
             say(text)
             levels.add(level)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import time
 from contextlib import ExitStack
 from pathlib import Path
@@ -120,17 +119,14 @@ def _picture(design: Design, drawn: np.ndarray) -> bytes:
     """A PNG image; empty if there are fewer than two values."""
     import numpy as np
 
-    from golf_impact.results import plotting
+    from golf_impact.results import plotting, png
     from golf_impact.sweep_picture import draw
 
     if np.isfinite(drawn).sum() < 2:
         return b""
-    image = io.BytesIO()
     with plotting():
         import matplotlib.pyplot as plt
 
         figure, axes = plt.subplots()
         draw(design, drawn, axes)
-        figure.savefig(image, format="png")
-        plt.close(figure)
-    return image.getvalue()
+        return png(figure)
