@@ -1,31 +1,23 @@
-"""One instance: its variables, modes and clock.
+"""One instance: its variables and clock; its modes are those of every component (`modes`).
 
-A communication step only advances the clock; outputs are evaluated when they are read. Bad input
-is reported by a message and a refused step, never by an exception, which would be fatal in FMI. A
-refused call changes nothing: its effects are computed first, and take place only as a whole.
+A communication step only advances the clock; outputs are evaluated when they are read. A refused
+call changes nothing: its effects are computed first, and take place only as a whole.
 """
 
 from collections.abc import Callable
-from math import ceil, inf, isfinite, nan
+from math import ceil, inf, nan
+from types import MappingProxyType
 from typing import Any
 
 from ..impact import RESOLUTION, Contact, Impact, advance
 from ..laws import LAWS
+from ..modes import POINT_TOLERANCE, STEPPING, FmiComponent
 from ..refusals import conflict, conflict_of_inputs, refusal
-from ..values import START, Inputs, Instant, Parameters, Refusal, State, added, new, rejected
-from ..variables import INPUTS, MOTION, SETTABLE, VARIABLES
+from ..values import START, Inputs, Instant, Parameters, Refusal, State, added, new
+from ..variables import INPUTS, MOTION, SETTABLE, VARIABLES, Variable
 from .outputs import OUTPUTS, PLACES, readings
 from .solved import SolvedImpact
-from .state import (
-    INITIALIZATION,
-    INSTANTIATED,
-    START_REFUSED,
-    STEPPING,
-    TERMINATED,
-    Snapshot,
-    packed,
-    unpacked,
-)  # fmt: skip
+from .state import Snapshot, packed, unpacked
 
 _START_VALUES = tuple(row.start for row in SETTABLE.values())
 #: Of inputs by reference: the place among the values, and the least and largest value allowed.
@@ -38,19 +30,11 @@ _INPUTS = {
 #: No value lies between these bounds.
 _NO_INPUT = 0, inf, -inf
 
-#: How far (relative to the step) a host's communication point may lie from where its last step
-#: ended: enough for sums of rounded steps, far too little for a step left out.
-_POINT_TOLERANCE = 1e-6
-
-
 #: Next to touch and separation (relative) force and compression may be all rounding error.
 _CLOSE = 1e-12
 
 #: No contact's dense output: see `Component._evaluate`.
 _NO_DENSE_OUTPUT: Any = list, 0.0, 0.0, 0.0, inf, -inf
-
-#: No instance gets so far: 10⁹ steps of 1e100 s.
-_LONGEST_STEP = 1e100
 
 
 def _not_computed(error: Exception) -> Refusal:
@@ -60,47 +44,27 @@ def _not_computed(error: Exception) -> Refusal:
     return Refusal(f"this impact leaves the range of a double ({error})")
 
 
-def together(refusals: list[Refusal]) -> Refusal | None:
-    """Several refusals as one, whose fields are those of the first; None if there are none."""
-    if not refusals:
-        return None
-    return refusals[0]._replace(sentence="; ".join(map(str, refusals)))
-
-
-def _until_corrected(problem: Refusal) -> Refusal:
-    return problem._replace(sentence=f"steps are refused until this is corrected: {problem}")
-
-
-class Component:
-    """An instance; `report` is called with a `Refusal` whenever something is refused."""
+class Component(FmiComponent):
+    """An instance of the impact."""
 
     __slots__ = (
-        "_begin", "_check_every_step", "_count", "_counted", "_dense_output", "_illegal", "_impact",
-        "_inputs", "_instant", "_last_start", "_mode", "_now", "_pick", "_point", "_point_is_free",
-        "_present", "_refused", "_report", "_requested", "_restored_values", "_size", "last_step",
-        "origin", "start_time", "values",
+        "_begun", "_check_every_step", "_count", "_counted", "_dense_output", "_impact", "_inputs",
+        "_instant", "_last_start", "_now", "_pick", "_present", "_requested", "_restored_values",
+        "last_step", "origin", "start_time", "values",
     )  # fmt: skip
+
+    _rows = MappingProxyType({(row.type, row.reference): row for row in VARIABLES})
 
     #: How to read variables, by their value references.
     reading = staticmethod(readings(VARIABLES, OUTPUTS))
 
-    def __init__(self, report: Callable[[Refusal], None]) -> None:
-        self._report = report
-        self._mode = INSTANTIATED
+    def __init__(self, report: Callable[[Refusal], Any]) -> None:
+        super().__init__(report)
         #: Values as the host sees them: inputs and parameters in the table's order.
         self.values: list[Any] = list(_START_VALUES)
-        #: Why steps are refused until it is corrected, by variable name; never changed in place.
-        self._refused: dict[str, Refusal] = {}
-        #: Why the next step is refused: illegal calls, which nothing can correct.
-        self._illegal: tuple[Refusal, ...] = ()
         #: The host's time at the start of the run and when the clock stood at 0, s.
         self.start_time = self.origin = 0.0
-        #: Where the host's next step is expected to begin, s, or anywhere: after a restore.
-        self._point = 0.0
-        self._point_is_free = False
         self._run(None, None, START, 0.0)
-        #: The last step size, s, if another such step needs only its communication point checked.
-        self._size = nan
         #: Whether every step must be checked: a touch is ahead that would be refused.
         self._check_every_step = False
         #: The last list of references read: see `outputs.Reading`.
@@ -121,7 +85,7 @@ class Component:
 
     def _resize(self, present: Any, begin: Instant, size: float) -> None:
         """The same by steps of another size; `present` is the impact from some phase on."""
-        self._begin, self.last_step, self._count = begin, size, 0.0
+        self._begun, self.last_step, self._count = begin, size, 0.0
         #: The last number of steps whose instant was computed, and that.
         self._counted, self._instant = 0.0, begin
         #: The impact from a phase on, at most that of the present instant.
@@ -130,67 +94,27 @@ class Component:
         #: The state at this communication point, once it has been read.
         self._now: State | None = None
 
-    def set_up(self, start_time: float) -> None:
-        """The host's time at the start, s."""
-        if self._mode != INSTANTIATED:
-            self._refuse_call("set-up after initialization has begun is refused")
-        elif not isfinite(start_time):
-            self._refuse(rejected("start time", start_time, "it must be a finite number", " s"))
-        else:
-            self._corrected("start time")
-            self.start_time = self.origin = self._point = start_time
+    def _set_start_time(self, start_time: float) -> None:
+        self.start_time = self.origin = self._point = start_time
 
-    def enter_initialization(self) -> None:
-        """From here on outputs are those of the present values."""
-        if self._mode == INSTANTIATED:
-            self._mode = INITIALIZATION
-        else:
-            self._refuse_call("a second initialization is refused: reset the instance first")
-
-    def exit_initialization(self) -> bool:
-        """Fix the parameters, as soon as they can be used.
-
-        Returns whether all start values can be used; if not, steps are refused until they can.
-        """
-        if self._mode != INITIALIZATION:
-            self._refuse_call("the end of an initialization that wasn't entered is refused")
-            return True
-        self._mode = START_REFUSED
-        problem = self._start()
-        if problem is not None:
-            self._report(problem)
-        return problem is None and not self._refused
-
-    def _start(self) -> Refusal | None:
-        """Fix the parameters; or return why they can't be used."""
+    def _begin(self) -> Refusal | None:
         restored = self._restored_values
         known, approach = self._last_start
         if known is None or known is not restored:
             approach = None
             parameters, inputs = self._split()
-            find_conflict = conflict
+            problem = conflict(parameters, inputs)
         else:
             # Another run of a restored initialization: a third of its time less.
             parameters, inputs = approach.parameters, new(Inputs, self.values[:INPUTS])
-            find_conflict = conflict_of_inputs
-        problem = None
-        if self._refused:
-            items = self._refused.items()
-            problem = together([one for name, one in items if hasattr(parameters, name)])
-        problem = problem or find_conflict(parameters, inputs)
+            problem = conflict_of_inputs(parameters, inputs)
         if problem is None:
-            self._mode = STEPPING
             # Not of an equal speed: 0.0 and -0.0 are.
             if approach is None or approach.velocities[0] is not inputs.club_speed:
                 approach = Impact.start(parameters, inputs.club_speed)
             self._last_start = restored, approach
             self._run(approach, inputs, START, 0.0)
         return problem
-
-    def terminate(self) -> None:
-        """The end of the run: values can still be read, nothing else."""
-        self._mode = TERMINATED
-        self._size = nan
 
     def _split(self) -> tuple[Parameters, Inputs]:
         values = self.values
@@ -202,7 +126,7 @@ class Component:
         Returns whether it was accepted; if not, a message says why, and nothing has changed.
         """
         if size == self._size and (
-            point == self._point or abs(point - self._point) <= _POINT_TOLERANCE * size
+            point == self._point or abs(point - self._point) <= POINT_TOLERANCE * size
         ):
             self._count += 1.0
             self._point = point + size
@@ -230,40 +154,26 @@ class Component:
         """The instant after so many steps of this size, without loss."""
         size = self.last_step
         if count == 1.0:
-            return added(self._begin, size)
+            return added(self._begun, size)
         # Two factors of at most 26 bits have an exact product.
         high = 134217729.0 * size
         high -= high - size
-        return added(added(self._begin, count * high), count * (size - high))
+        return added(added(self._begun, count * high), count * (size - high))
 
     def _check(self, point: float, size: float) -> Refusal | None:
         """Why a step is refused; or None, and it is counted."""
-        if not 0.0 < size <= _LONGEST_STEP:
-            reason = "it must be > 0 and finite"
-            return rejected("communication step size", size, reason, " s")._replace(variable="")
-        if self._mode != STEPPING or self._refused or self._illegal:
-            problem = self._why_not()
-            if problem is not None:
-                return problem
+        problem = self._why_not(point, size)
+        if problem is not None:
+            return problem
         instant, origin = self.instant(), self.origin
-        if point != self._point:
-            deviation = abs(point - self._point)
-            if not deviation <= _POINT_TOLERANCE * size + 1e-15 * abs(self._point):
-                if not self._point_is_free or not abs(point) <= _LONGEST_STEP:
-                    reason = (
-                        f"the last step ended at {self._point!r} s, and no state has been "
-                        "restored since"
-                    )
-                    return rejected("communication point", point, reason, " s")._replace(
-                        variable=""
-                    )
-                # After a restore the host's time may go on from anywhere; a touch to come moves.
-                try:
-                    touch = self.impact().touch
-                except (ArithmeticError, ValueError) as error:
-                    return _not_computed(error)
-                if touch is None or touch.instant[0] >= instant[0]:
-                    origin = point - instant[0]
+        if point != self._point and not self._goes_on(point, size):
+            # After a restore the host's time may go on from anywhere; a touch to come moves.
+            try:
+                touch = self.impact().touch
+            except (ArithmeticError, ValueError) as error:
+                return _not_computed(error)
+            if touch is None or touch.instant[0] >= instant[0]:
+                origin = point - instant[0]
         values, inputs, impact = self.values, self._inputs, self._impact
         k, b, club_speed, club_force = values[0], values[1], values[2], values[3]
         if k != inputs[0] or b != inputs[1] or club_speed != inputs[2] or club_force != inputs[3]:
@@ -306,35 +216,6 @@ class Component:
             return impact if same else impact.with_speed(club_speed, instant)
         return self.impact().changed(inputs, instant)
 
-    def _why_not(self) -> Refusal | None:
-        """Why no step is possible in this mode, or until a value is corrected; or None."""
-        if self._mode == START_REFUSED:
-            problem = self._start()
-            if problem is not None:
-                return _until_corrected(problem)
-        elif self._mode == TERMINATED:
-            return Refusal("a step after the end of the run is refused: reset the instance first")
-        elif self._mode != STEPPING:
-            return Refusal("a step before the end of initialization is refused")
-        problem = together([*self._refused.values(), *self._illegal])
-        self._illegal = ()
-        return problem and _until_corrected(problem)
-
-    def _refuse(self, refusal: Refusal) -> None:
-        self._refused = {**self._refused, refusal.variable: refusal}
-        self._size = nan
-        self._report(refusal)
-
-    def _corrected(self, name: str) -> None:
-        if name in self._refused:
-            self._refused = {n: one for n, one in self._refused.items() if n != name}
-
-    def _refuse_call(self, sentence: str, name: str = "", value: Any = None) -> None:
-        refusal = Refusal(sentence, name, value, sentence)
-        self._illegal = (*self._illegal, refusal)[-8:]
-        self._size = nan
-        self._report(refusal)
-
     def set_values(self, references: list[int], values: list, type_: str = "Real") -> None:
         """Set inputs and parameters that the host takes for this type; refused ones keep theirs."""
         for reference, value in zip(references, values):
@@ -346,7 +227,7 @@ class Component:
                 and self._mode <= STEPPING
                 and not self._refused
             ):
-                if not self._accepts(reference, value, type_):
+                if self._accepted(reference, value, type_) is None:
                     continue
                 place = PLACES[reference]
                 self._restored_values = None
@@ -357,29 +238,11 @@ class Component:
             if self._mode < STEPPING:
                 self._run(None, None, START, 0.0)
 
-    def _accepts(self, reference: int, value: Any, type_: str) -> bool:
-        """Whether a value may be set; if not, it is refused."""
-        variable = SETTABLE.get(reference)
-        if variable is None or variable.type != type_:
-            names = (row.name for row in VARIABLES if row.reference == reference)
-            what = next(names, f"value reference {reference}")
-            self._refuse_call(f"{what} is no {type_} input or parameter: it can't be set")
-        elif self._mode == TERMINATED:
-            sentence = f"{variable.name} can't be set after the end of the run"
-            self._refuse_call(sentence, variable.name, value)
-        elif not variable.low <= value <= variable.high:
-            self._refuse(refusal(variable, value))
-        elif (
-            variable.causality == "parameter"
-            and self._mode == STEPPING
-            and value != (now := self.values[PLACES[reference]])
-        ):
-            reason = f"a parameter is fixed once initialization has ended (at {now!r})"
-            self._refuse(rejected(variable.name, value, reason))
-        else:
-            self._corrected(variable.name)
-            return True
-        return False
+    def _out_of_range(self, row: Variable, value: Any) -> Refusal:
+        return refusal(row, value)
+
+    def _value(self, row: Variable) -> Any:
+        return self.values[PLACES[row.reference]]
 
     def reals(self, references: list[int]) -> list[float]:
         """Values of Real variables; the list may go on after them, and must not be changed."""
@@ -408,11 +271,6 @@ class Component:
         except (ArithmeticError, ValueError) as error:
             self._report(_not_computed(error))
             return [0] * len(references)
-
-    def unknown(self, type_: str) -> float:
-        """For a value reference that no variable of this type has."""
-        self._refuse_call(f"a value reference that no {type_} variable has is refused")
-        return nan if type_ == "Real" else 0
 
     def impact(self) -> Any:
         """The impact at the present instant, for outputs.
@@ -464,7 +322,7 @@ class Component:
         """
         dense, scale = contact.phase.dense_output()
         begin, begin_low = contact.begin
-        offset, first = (self._begin[0] - begin) + (self._begin[1] - begin_low), 0.0
+        offset, first = (self._begun[0] - begin) + (self._begun[1] - begin_low), 0.0
         if offset < 0.0 and self.last_step:
             # Steps before the phase began would only cost digits.
             first = float(ceil(-offset / self.last_step - 1e-9))
@@ -489,7 +347,7 @@ class Component:
             Snapshot,
             (
                 tuple(self.values), self._mode, self._refused, self._illegal, self.start_time,
-                self.origin, self._point, self._impact, self._inputs, self._begin, self.last_step,
+                self.origin, self._point, self._impact, self._inputs, self._begun, self.last_step,
                 self._count, computed,
             ),
         )  # fmt: skip

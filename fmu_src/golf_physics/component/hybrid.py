@@ -9,13 +9,14 @@ from math import inf, isfinite, nan, nextafter
 from typing import Any
 
 from ..impact import advance
+from ..modes import START_REFUSED, STEPPING
 from ..refusals import conflict_of_inputs
 from ..values import Inputs, Refusal, added
 from ..variables import INPUTS, MORE_VARIABLES, VARIABLES
-from .component import Component, together
+from .component import Component
 from .outputs import OUTPUTS, Output, readings
 from .solved import SolvedImpact, accelerations, separation_indicator, touch_indicator
-from .state import START_REFUSED, STEPPING, Snapshot
+from .state import Snapshot
 
 #: What FMI 2.0 doesn't have.
 _MORE: dict[str, Output] = {
@@ -39,7 +40,7 @@ class HybridComponent(Component):
 
     reading = staticmethod(readings(VARIABLES + MORE_VARIABLES, OUTPUTS | _MORE))
 
-    def __init__(self, report: Callable[[Refusal], None]) -> None:
+    def __init__(self, report: Callable[[Refusal], Any]) -> None:
         super().__init__(report)
         # The start time isn't passed to an instance: it is that of the first step.
         self._point = nan
@@ -90,8 +91,7 @@ class HybridComponent(Component):
             return False, False, None
         solved = self._solved
         if problem is None and (solved is not None or not self.last_step):
-            problem = together([*self._refused.values(), *self._illegal])
-            self._illegal = ()
+            problem = self._take_refusals()
         if problem is None and solved is not None:
             problem = conflict_of_inputs(solved.parameters, solved.inputs)
         if problem is None and solved is not None:

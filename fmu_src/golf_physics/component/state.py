@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 from .. import codec
 from ..codec import Real
 from ..impact import Approach, Contact, Flight, Impact, Results, Touch
+from ..modes import INSTANTIATED, STEPPING, TERMINATED
 from ..refusals import conflict
 from ..values import Inputs, Instant, Motion, Parameters, Refusal
 from ..variables import SETTABLE
@@ -12,10 +13,6 @@ from .solved import SolvedImpact
 
 #: It changes with the layout of a state.
 _VERSION = "golf-impact state 11"
-
-#: Modes of an instance, in the order in which a host passes through them. Where initialization has
-#: ended on start values that are refused, parameters may still be set.
-INSTANTIATED, INITIALIZATION, START_REFUSED, STEPPING, TERMINATED = range(5)
 
 #: No instance gets so far, s: 10⁹ steps of 1e100 s.
 _LATEST = 1e109

@@ -1,0 +1,209 @@
+"""FMI's modes of an instance and what is refused: the same for all components.
+
+What is refused is reported by a message and changes nothing; it is never an exception, which would
+be fatal in FMI. Steps are refused until a refused value is corrected; an illegal call costs one
+step.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from math import isfinite, nan
+from typing import Any
+
+from .values import Refusal, rejected
+from .variables import Variable
+
+#: Modes of an instance, in the order in which a host passes through them. Start refused:
+#: initialization has ended on values that can't be used, so parameters may still be set.
+INSTANTIATED, INITIALIZATION, START_REFUSED, STEPPING, TERMINATED = range(5)
+
+#: How far (relative to the step) a host's communication point may lie from where its last step
+#: ended: enough for sums of rounded steps, far too little for a step left out.
+POINT_TOLERANCE = 1e-6
+
+#: Of communication points and steps, s.
+LARGEST_TIME = 1e100
+
+#: Illegal calls that are named when the next step is refused: the last ones.
+_MOST_ILLEGAL = 8
+
+# Sentences, with {} in place of names and numbers.
+LATE_SET_UP = "set-up after initialization has begun is refused"
+START_TIME = "it must be a finite number"
+ENTERED_TWICE = "a second initialization is refused: reset the instance first"
+NOT_ENTERED = "the end of an initialization that wasn't entered is refused"
+NOT_SETTABLE = "{} is no {} input or parameter: it can't be set"
+NO_VARIABLE = "value reference {}"
+SET_AFTER_END = "{} can't be set after the end of the run"
+FIXED = "a parameter is fixed once initialization has ended (at {!r})"
+UNKNOWN = "a value reference that no {} variable has is refused"
+STEP_SIZE = "it must be > 0 and finite"
+STEP_AFTER_END = "a step after the end of the run is refused: reset the instance first"
+STEP_BEFORE_START = "a step before the end of initialization is refused"
+UNTIL_CORRECTED = "steps are refused until this is corrected: {}"
+POINT_JUMPS = "the last step ended at {!r} s, and no state has been restored since"
+
+
+class FmiComponent:
+    """An instance with modes; `report` is called with a `Refusal` whenever something is refused."""
+
+    __slots__ = ("_illegal", "_mode", "_point", "_point_is_free", "_refused", "_report", "_size")
+
+    #: The variables by type and value reference.
+    _rows: Mapping[tuple[str, int], Variable]
+
+    def __init__(self, report: Callable[[Refusal], Any]) -> None:
+        self._report = report
+        self._mode = INSTANTIATED
+        #: Why steps are refused until it is corrected, by variable name; never changed in place.
+        self._refused: dict[str, Refusal] = {}
+        #: Why the next step is refused: illegal calls, which nothing can correct.
+        self._illegal: tuple[Refusal, ...] = ()
+        #: Where the host's next step is expected to begin, s, or anywhere: after a restore.
+        self._point = 0.0
+        self._point_is_free = False
+        #: The last step size, s, if another such step needs only its communication point checked.
+        self._size = nan
+
+    def set_up(self, start_time: float) -> None:
+        """The host's time at the start, s."""
+        if self._mode != INSTANTIATED:
+            self._refuse_call(LATE_SET_UP)
+        elif not isfinite(start_time):
+            self._refuse(rejected("start time", start_time, START_TIME, " s"))
+        else:
+            self._corrected("start time")
+            self._set_start_time(start_time)
+
+    def _set_start_time(self, start_time: float) -> None:
+        self._point = start_time
+
+    def enter_initialization(self) -> None:
+        """From here on outputs are those of the present values."""
+        if self._mode == INSTANTIATED:
+            self._mode = INITIALIZATION
+        else:
+            self._refuse_call(ENTERED_TWICE)
+
+    def exit_initialization(self) -> bool:
+        """Fix the parameters, as soon as they can be used.
+
+        Returns whether all start values can be used; if not, steps are refused until they can.
+        """
+        if self._mode != INITIALIZATION:
+            self._refuse_call(NOT_ENTERED)
+            return True
+        self._mode = START_REFUSED
+        problem = self._start()
+        if problem is not None:
+            self._report(problem)
+        return problem is None and not self._refused
+
+    def _start(self) -> Refusal | None:
+        """Fix the parameters; or return why they can't be used."""
+        problem = None
+        if self._refused:
+            fixed = {row.name for row in self._rows.values() if row.causality == "parameter"}
+            problem = together(one for name, one in self._refused.items() if name in fixed)
+        problem = problem or self._begin()
+        if problem is None:
+            self._mode = STEPPING
+        return problem
+
+    def _begin(self) -> Refusal | None:
+        """Use the parameters; or return why they can't be used together."""
+        return None
+
+    def terminate(self) -> None:
+        """The end of the run: values can still be read, nothing else."""
+        self._mode = TERMINATED
+        self._size = nan
+
+    def _accepted(self, reference: int, value: Any, type_: str) -> Variable | None:
+        """The input or parameter that may be set to this value; None: it is refused."""
+        row = self._rows.get((type_, reference))
+        if row is None or row.causality not in ("input", "parameter"):
+            names = (row.name for row in self._rows.values() if row.reference == reference)
+            what = next(names, NO_VARIABLE.format(reference))
+            self._refuse_call(NOT_SETTABLE.format(what, type_))
+        elif self._mode == TERMINATED:
+            self._refuse_call(SET_AFTER_END.format(row.name), row.name, value)
+        elif not row.low <= value <= row.high:
+            self._refuse(self._out_of_range(row, value))
+        elif (
+            row.causality == "parameter"
+            and self._mode == STEPPING
+            and value != (now := self._value(row))
+        ):
+            self._refuse(rejected(row.name, value, FIXED.format(now)))
+        else:
+            self._corrected(row.name)
+            return row
+        return None
+
+    def _out_of_range(self, row: Variable, value: Any) -> Refusal:
+        """Why this value of an input or parameter isn't accepted."""
+        raise NotImplementedError
+
+    def _value(self, row: Variable) -> Any:
+        """Of an input or parameter."""
+        raise NotImplementedError
+
+    def unknown(self, type_: str) -> float:
+        """For a value reference that no variable of this type has."""
+        self._refuse_call(UNKNOWN.format(type_))
+        return nan if type_ == "Real" else 0
+
+    def _refuse(self, refusal: Refusal) -> None:
+        self._refused = {**self._refused, refusal.variable: refusal}
+        self._size = nan
+        self._report(refusal)
+
+    def _corrected(self, name: str) -> None:
+        if name in self._refused:
+            self._refused = {other: one for other, one in self._refused.items() if other != name}
+
+    def _refuse_call(self, sentence: str, name: str = "", value: Any = None) -> None:
+        refusal = Refusal(sentence, name, value, sentence)
+        self._illegal = (*self._illegal, refusal)[-_MOST_ILLEGAL:]
+        self._size = nan
+        self._report(refusal)
+
+    def _why_not(self, point: float, size: float) -> Refusal | None:
+        """Why a step isn't taken, whatever it leads to; or None."""
+        if not 0.0 < size <= LARGEST_TIME:
+            refusal = rejected("communication step size", size, STEP_SIZE, " s")
+            return refusal._replace(variable="")
+        if self._mode != STEPPING or self._refused or self._illegal:
+            if self._mode == TERMINATED:
+                return Refusal(STEP_AFTER_END)
+            if self._mode < START_REFUSED:
+                return Refusal(STEP_BEFORE_START)
+            problem = self._start() if self._mode == START_REFUSED else None
+            problem = problem or self._take_refusals()
+            if problem is not None:
+                return problem._replace(sentence=UNTIL_CORRECTED.format(problem))
+        if point == self._point or self._goes_on(point, size):
+            return None
+        if self._point_is_free and abs(point) <= LARGEST_TIME:
+            return None
+        why = POINT_JUMPS.format(self._point)
+        return rejected("communication point", point, why, " s")._replace(variable="")
+
+    def _goes_on(self, point: float, size: float) -> bool:
+        """Whether a step begins where the last one ended, within the host's rounding errors."""
+        allowed = POINT_TOLERANCE * size + 1e-15 * abs(self._point)
+        return abs(point - self._point) <= allowed
+
+    def _take_refusals(self) -> Refusal | None:
+        """All that speaks against a step; the illegal calls are forgotten with that."""
+        problem = together((*self._refused.values(), *self._illegal))
+        self._illegal = ()
+        return problem
+
+
+def together(refusals: Iterable[Refusal]) -> Refusal | None:
+    """Several refusals as one, whose fields are those of the first; None if there are none."""
+    several = list(refusals)
+    if not several:
+        return None
+    return several[0]._replace(sentence="; ".join(map(str, several)))
