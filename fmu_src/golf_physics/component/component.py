@@ -30,6 +30,10 @@ _INPUTS = {
 #: No value lies between these bounds.
 _NO_INPUT = 0, inf, -inf
 
+# Sentences, with {} in place of numbers and reasons.
+CHANGE_REFUSED = "k = {!r}, b = {!r} are refused: {}"
+FOREIGN_STATE = "a state that this component didn't make is refused; it has no effect"
+
 #: Next to touch and separation (relative) force and compression may be all rounding error.
 _CLOSE = 1e-12
 
@@ -37,7 +41,7 @@ _CLOSE = 1e-12
 _NO_DENSE_OUTPUT: Any = list, 0.0, 0.0, 0.0, inf, -inf
 
 
-def _not_computed(error: Exception) -> Refusal:
+def not_computed(error: Exception) -> Refusal:
     # A phase's own reason; other classes are those of Python's arithmetic.
     if type(error) is ArithmeticError:
         return Refusal(f"this impact can't be computed: {error}")
@@ -171,7 +175,7 @@ class Component(FmiComponent):
             try:
                 touch = self.impact().touch
             except (ArithmeticError, ValueError) as error:
-                return _not_computed(error)
+                return not_computed(error)
             if touch is None or touch.instant[0] >= instant[0]:
                 origin = point - instant[0]
         values, inputs, impact = self.values, self._inputs, self._impact
@@ -184,8 +188,8 @@ class Component(FmiComponent):
             try:
                 impact = self._changed(inputs)
             except (ArithmeticError, ValueError) as error:
-                reason = str(_not_computed(error))
-                return Refusal(f"k = {k!r}, b = {b!r} are refused: {reason}", "k", k, reason)
+                reason = str(not_computed(error))
+                return Refusal(CHANGE_REFUSED.format(k, b, reason), "k", k, reason)
         p, check_every_step = impact.parameters, False
         if impact.touch is None and (p.restitution_at_rest or club_force):
             problem = LAWS[p.law].refusal_of_touch(p, inputs)
@@ -253,7 +257,7 @@ class Component(FmiComponent):
             try:
                 return pick(self)
             except (ArithmeticError, ValueError) as error:
-                self._report(_not_computed(error))
+                self._report(not_computed(error))
                 return [nan] * len(references)
         now = self._now
         if now is None:
@@ -269,7 +273,7 @@ class Component(FmiComponent):
         try:
             return pick(self)
         except (ArithmeticError, ValueError) as error:
-            self._report(_not_computed(error))
+            self._report(not_computed(error))
             return [0] * len(references)
 
     def impact(self) -> Any:
@@ -309,7 +313,7 @@ class Component(FmiComponent):
             else:
                 self._now = impact.state(self.instant())
         except (ArithmeticError, ValueError) as error:
-            self._report(_not_computed(error))
+            self._report(not_computed(error))
             self._now = [nan] * len(MOTION)
         return self._now
 
@@ -355,9 +359,7 @@ class Component(FmiComponent):
     def restore(self, snapshot: Snapshot | None) -> None:
         """Go back to a snapshot: the instance is then exactly as it was."""
         if not (isinstance(snapshot, Snapshot) and self._is_alike(snapshot)):
-            self._refuse_call(
-                "a state that this component didn't make is refused; it has no effect"
-            )
+            self._refuse_call(FOREIGN_STATE)
             return
         (
             values, self._mode, self._refused, self._illegal, self.start_time, self.origin,

@@ -18,6 +18,10 @@ from .outputs import OUTPUTS, Output, readings
 from .solved import SolvedImpact, accelerations, separation_indicator, touch_indicator
 from .state import Snapshot
 
+# Sentences, with {} in place of the refusals.
+NO_EVENT = "an event before initialization or after the end is refused"
+MUST_STOP = "the simulation must stop: {}"
+
 #: What FMI 2.0 doesn't have.
 _MORE: dict[str, Output] = {
     "time": lambda impact, at: at.time(),
@@ -87,7 +91,7 @@ class HybridComponent(Component):
         """
         problem = self._start() if self._mode == START_REFUSED else None
         if problem is None and self._mode != STEPPING:
-            self._refuse_call("an event before initialization or after the end is refused")
+            self._refuse_call(NO_EVENT)
             return False, False, None
         solved = self._solved
         if problem is None and (solved is not None or not self.last_step):
@@ -99,7 +103,7 @@ class HybridComponent(Component):
             self._solve(solved)
             problem = solved.refusal_of_touch
         if problem is not None:
-            self._report(problem._replace(sentence=f"the simulation must stop: {problem}"))
+            self._report(problem._replace(sentence=MUST_STOP.format(problem)))
             return True, False, None
         # Before the first step it may still be used for Model Exchange, which has indicators.
         ahead = solved is None and self.last_step

@@ -52,6 +52,12 @@ _MORE = 15
 #: So many extrema of the force are examined for the end of a contact under a force.
 _MOST_EXTREMA = 2000
 
+#: Why a contact isn't computed then, with {} in place of the time.
+TOO_MANY_EXTREMA = (
+    f"after {_MOST_EXTREMA} extrema of the contact force, at {{!r}} s, the force on the club head "
+    "neither keeps the bodies together nor parts them"
+)
+
 #: A smaller damping ratio is replaced by this one, and a pair of rates that are nearer (relative,
 #: squared) by two real ones so far apart: that changes no bit of any result.
 _LEAST_DAMPING = _APART = Decimal(10) ** -30
@@ -261,10 +267,7 @@ class ExtendedContact(ContactPhase):
             high = min(next(points, end), end)
             examined += 1
             if examined == _MOST_EXTREMA:
-                raise ArithmeticError(
-                    f"after {_MOST_EXTREMA} extrema of the contact force, at {float(low)!r} s, the "
-                    "force on the club head neither keeps the bodies together nor parts them"
-                )
+                raise ArithmeticError(TOO_MANY_EXTREMA.format(float(low)))
             later = last if high == _INFINITY else level + self._at(high, row)[0]
             if later and (later > 0) != positive:
                 if high == _INFINITY:

@@ -23,10 +23,40 @@ from .power_law import PowerLawContact
 #: Lengths (m) and rates (1/s) to which a power law may lead.
 _LARGEST = 1e75
 
-
 #: Beside a larger push on the club head (relative to the contact force without it) rounding errors
 #: would decide whether the bodies separate.
 _MOST_FORCE = 1e4
+
+LARGE_PUSH = (
+    f"its share m_ball/(m_club + m_ball) must be at most {_MOST_FORCE:g} times the contact force "
+    "that the motion leads to, {:g} N"
+)
+
+
+def extreme_powers(n: float, length: float, k: float, closing: float, reach: float) -> Refusal:
+    """Why an exponent is rejected that leads to this compression, m."""
+    given = (
+        f"exponent = {n!r}, reference_compression = {length!r}, k = {k!r} and an approach speed of "
+        f"{closing!r} m/s together leave the range of a double"
+    )
+    reason = (
+        f"the compression that they lead to ({reach:g} m) must be above 0 and below "
+        f"{_LARGEST:g} m, and the time in which they do above {1.0 / _LARGEST:g} s"
+    )
+    return Refusal(f"{given}: {reason}", "exponent", n, reason)
+
+
+def refused_touch(
+    club_speed: float, at_rest: float, slope: float, closing: float, coefficient: float
+) -> Refusal:
+    """Why a touch is rejected that has this coefficient of restitution."""
+    reason = (
+        "restitution_at_rest - restitution_slope * approach speed = "
+        f"{at_rest!r} - {slope!r} * {closing!r} = {coefficient!r} must be above 0 and at most 1; "
+        "set a lower club_speed, or another restitution line at the start"
+    )
+    sentence = f"club_speed = {club_speed!r} m/s is refused at touch: {reason}"
+    return Refusal(sentence, "club_speed", club_speed, reason)
 
 
 def _refusal_of_force(
@@ -44,11 +74,7 @@ def _refusal_of_force(
     contact_force = k * length * power ** (n / (n + 1.0))
     if share * club_force <= _MOST_FORCE * contact_force:
         return None
-    reason = (
-        f"its share m_ball/(m_club + m_ball) must be at most {_MOST_FORCE:g} times the contact "
-        f"force that the motion leads to, {contact_force:g} N"
-    )
-    return rejected("club_force", club_force, reason, " N")
+    return rejected("club_force", club_force, LARGE_PUSH.format(contact_force), " N")
 
 
 class RelativeLaw(LinearLaw):
@@ -71,15 +97,7 @@ class RelativeLaw(LinearLaw):
         reach = (m * closing / omega) ** (1.0 / m) * length ** (1.0 - 1.0 / m)
         if 0.0 < reach <= _LARGEST and closing <= _LARGEST * reach:
             return None
-        reason = (
-            f"the compression that they lead to ({reach:g} m) must be above 0 and below "
-            f"{_LARGEST:g} m, and the time in which they do above {1.0 / _LARGEST:g} s"
-        )
-        given = (
-            f"exponent = {n!r}, reference_compression = {length!r}, k = {k!r} and an approach "
-            f"speed of {closing!r} m/s together leave the range of a double"
-        )
-        return Refusal(f"{given}: {reason}", "exponent", n, reason)
+        return extreme_powers(n, length, k, closing, reach)
 
     def refusal_of_touch(self, p: Parameters, inputs: Inputs) -> Refusal | None:
         """A coefficient of restitution that falls with speed must stay in 0…1."""
@@ -92,14 +110,8 @@ class RelativeLaw(LinearLaw):
             if p.exponent == 1.0:
                 return super().refusal_of_touch(p, inputs)
             return _refusal_of_force(p, k, club_force, 0.0, closing)
-        reason = (
-            "restitution_at_rest - restitution_slope * approach speed = "
-            f"{p.restitution_at_rest!r} - {p.restitution_slope!r} * {closing!r} = "
-            f"{coefficient!r} must be above 0 and at most 1; set a lower club_speed, "
-            "or another restitution line at the start"
-        )
-        sentence = f"club_speed = {club_speed!r} m/s is refused at touch: {reason}"
-        return Refusal(sentence, "club_speed", club_speed, reason)
+        line = p.restitution_at_rest, p.restitution_slope
+        return refused_touch(club_speed, *line, closing, coefficient)
 
     def damping(self, p: Parameters, k: float, b: float, closing: float) -> float:
         if not p.restitution_at_rest:

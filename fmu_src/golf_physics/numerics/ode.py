@@ -21,6 +21,9 @@ _TOLERANCE = 1e-14
 #: Iterations on a panel before it is halved.
 _ITERATIONS = 30
 
+#: Why there is no solution, with {} in place of the time.
+NO_NUMBERS = "the solution has no numbers after t = {!r} s"
+
 #: Relative to the time and the width tried first: a panel so short is accepted, since f jumps.
 _SHORTEST = 1e-15
 
@@ -123,4 +126,4 @@ def _slopes(
             converged = converged and max(map(abs, map(sub, nodes[i], before))) <= most
         if converged:
             return slopes
-    raise ArithmeticError(f"the solution has no numbers after t = {t!r} s")
+    raise ArithmeticError(NO_NUMBERS.format(t))
