@@ -13,14 +13,19 @@ import fmpy
 import pytest
 from command import run_python
 from filelock import FileLock
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import fmi2Discard, fmi2Error
+from fmus import discard, get, initialize, is_set, make_instance, put
 from hypothesis import HealthCheck, settings
-from loaded import ImpactFmu, build_fmu
 
 from golf_build import native
+from golf_build.packaging import packaged
 from golf_build.system import COMPANIONS
 from golf_build.system import build as build_system
 from golf_impact.doctor import find_libpython_for
+from golf_impact.errors import UserError, first_line
 from golf_impact.fmu import builder_of
+from golf_impact.runs import ImpactRuns, Named
 
 pytest_plugins = ["companions", "ways"]
 
@@ -52,6 +57,18 @@ def holds_c(path):
     return "native" in path.name
 
 
+def build_fmu(out, fmi=2):
+    """Build ClubBallImpact.fmu."""
+    return builder_of(fmi=fmi).build(out)
+
+
+def build_plain_fmu(script, folder):
+    """Package a self-contained slave with pythonfmu, without additions."""
+    with packaged(2, script.stem, script.read_bytes(), {}) as fmu:
+        folder.mkdir(parents=True, exist_ok=True)
+        return Path(shutil.copy(fmu, folder))
+
+
 def build_native(path, fmi):
     native.build(builder_of(fmi=fmi), path)
 
@@ -76,9 +93,9 @@ SLOW = (
     "test_sweep", "test_system", "test_cli", "test_stress", "test_calibrate", "test_command_line",
     "test_explore_browser", "test_explore", "test_bench", "test_native", "test_interop",
     "test_archives", "test_hosts", "test_native_host", "test_sweep_cluster", "test_call_order",
-    "test_endurance", "test_power_law", "test_scenarios", "test_state", "test_fmi3", "test_documents",
-    "test_values", "test_install", "test_exit", "test_two_ways", "test_laws", "test_launch",
-"test_calibrate_records",
+    "test_endurance", "test_power_law", "test_scenarios", "test_state", "test_fmi3",
+    "test_documents", "test_values", "test_install", "test_exit", "test_two_ways", "test_laws", "test_launch",
+    "test_calibrate_records",
 )  # fmt: skip
 
 
@@ -192,6 +209,80 @@ def system_files(once):
 def extracted(fmu_path, tmp_path_factory):
     """The FMU's folder."""
     return fmpy.extract(str(fmu_path), str(tmp_path_factory.mktemp("extracted")))
+
+
+class ImpactFmu(ImpactRuns):
+    """ClubBallImpact.fmu for FMI 2.0, in one instance for any number of runs.
+
+    For use in a `with` block.
+
+    Attributes:
+        slave: the instance; see `make_instance`.
+        messages: of its logger, since the last `start`.
+    """
+
+    def __init__(self, path):
+        self.slave = make_instance(fmpy.extract(str(path)), loggingOn=True)
+        self.variables, self.messages = self.slave.variables, self.slave.messages
+        self.description = self.slave.description
+        kinds = ("output", "Real")
+        self.real_outputs = [
+            name for name, v in self.variables.items() if (v.causality, v.type) == kinds
+        ]
+        # Restoring it is far cheaper than a reset, which makes a new Python object.
+        self._initial = self.slave.getFMUstate()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        self.slave.freeFMUstate(self._initial)
+        discard(self.slave)
+
+    def default(self, name):
+        """The start value of an input or parameter."""
+        return float(self.variables[name].start)
+
+    def references(self, names):
+        return [self.slave.references[name] for name in names]
+
+    def begin_run(self, values):
+        """Begin a run with these inputs and parameters (SI units); refusals are messages."""
+        self.slave.setFMUstate(self._initial)
+        initialize(self.slave)
+        self.set(values)
+        try:
+            self.slave.exitInitializationMode()
+        except FMICallException as error:
+            if error.status != fmi2Error or not self.messages:
+                raise
+
+    def start(self, **values):
+        """Begin a run with these inputs and parameters; UserError if they are refused."""
+        self.messages.clear()
+        self.begin_run(values)
+        if self.messages:
+            raise UserError(self.messages[0])
+
+    def set(self, values):
+        """Set inputs and parameters (SI units)."""
+        put(self.slave, **values)
+
+    def step(self, point, size):
+        """Make a communication step of `size` s from `point`, s; UserError if it is discarded."""
+        try:
+            self.slave.doStep(point, size)
+        except FMICallException as error:
+            if error.status != fmi2Discard:
+                raise
+            raise UserError(self.messages[-1] if self.messages else first_line(error)) from error
+
+    def read(self, names):
+        """Values of Real variables at this communication point, by name (SI units)."""
+        return Named(zip(names, get(self.slave, *names), strict=True))
+
+    def read_flag(self, name):
+        return is_set(self.slave, name)
 
 
 @pytest.fixture(scope="session")

@@ -10,13 +10,15 @@ from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 
 import fmpy
+import fmus
 import numpy as np
 import pytest
 from components import put
 from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import FMU2Slave
+from fmus import make_instance
 from golf_physics.component.component import Component
 from golf_physics.variables import BY_NAME, VARIABLES
-from instances import logging_to, make_instance
 
 import golf_impact
 from golf_build import native
@@ -129,14 +131,9 @@ class InFmu(Stepped):
     """An FMU by fmpy, of either version of FMI, in Python or native."""
 
     def __init__(self, folder: str) -> None:
-        self.messages = []
-        if fmpy.read_model_description(folder, validate=False).fmiVersion == "2.0":
-            logger = logging_to(lambda status, text: self.messages.append(text))
-            self.slave = make_instance(folder, callbacks=logger, loggingOn=True)
-            self._state = "FMUstate"
-        else:
-            self.slave, self._state = make_instance(folder), "FMUState"
-            self.messages = self.slave.messages
+        self.slave = make_instance(folder, loggingOn=True)
+        self.messages = self.slave.messages
+        self._state = "FMUstate" if isinstance(self.slave, FMU2Slave) else "FMUState"
         self._initial = self._call("get")
 
     def _call(self, what: str, *arguments: object) -> object:
@@ -148,20 +145,13 @@ class InFmu(Stepped):
 
     def _begin(self, values: Mapping[str, float], start: float) -> None:
         self._call("set", self._initial)
-        if self._state == "FMUstate":
-            self.slave.setupExperiment(startTime=start)
-            self.slave.enterInitializationMode()
-        else:
-            self.slave.enterInitializationMode(startTime=start)
-        self.set(**values)
+        fmus.initialize(self.slave, start, **values)
         # The native FMU returns Error for values that don't fit together.
         with suppress(FMICallException):
             self.slave.exitInitializationMode()
 
     def set(self, **values: float) -> None:
-        for name, value in values.items():
-            setter = self.slave.set_integers if name == "law" else self.slave.set_reals
-            setter([self.slave.references[name]], [value])
+        fmus.put(self.slave, **values)
 
     def _step(self, point: float, size: float) -> bool:
         try:
@@ -172,10 +162,10 @@ class InFmu(Stepped):
         return True
 
     def _reals(self, names: Sequence[str]) -> list[float]:
-        return self.slave.get_reals([self.slave.references[name] for name in names])
+        return fmus.get(self.slave, *names)
 
     def _flag(self, name: str) -> bool:
-        return bool(self.slave.getBoolean([self.slave.references[name]])[0])
+        return fmus.is_set(self.slave, name)
 
     def save(self, as_bytes: bool = False) -> tuple:
         """The state, through bytes if asked for."""

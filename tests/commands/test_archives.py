@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 import pythonfmu
 from command import golf, refused
-from loaded import build_plain_fmu
+from conftest import build_plain_fmu
 from reference_results import FOLDER
 
 from golf_build.archive import SUMS, checksums, unpack, write_archive

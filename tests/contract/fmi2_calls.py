@@ -21,7 +21,7 @@ from pathlib import Path
 
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import fmi2Status, fmi2String, fmi2ValueReference
-from instances import logging_to, make_instance
+from fmus import logging_to, make_instance
 
 OK, DISCARD, ERROR = 0, 2, 3
 

@@ -12,12 +12,10 @@ from compare import assert_close
 from components import get as get_values
 from components import initialized, is_set
 from components import put as put_values
-from conftest import CRITERIA, EXPECTED
+from conftest import CRITERIA, EXPECTED, build_fmu
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi3 import FMU3Model, FMU3Slave
-from golf_physics.component.hybrid import HybridComponent
-from golf_physics.variables import CO_SIMULATION_ONLY, DERIVATIVES, INDICATORS, STATES, VARIABLES
-from instances import (
+from fmus import (
     begin,
     discard,
     get,
@@ -28,7 +26,8 @@ from instances import (
     solve_by_scipy,
     vector,
 )
-from loaded import build_fmu
+from golf_physics.component.hybrid import HybridComponent
+from golf_physics.variables import CO_SIMULATION_ONLY, DERIVATIVES, INDICATORS, STATES, VARIABLES
 
 from golf_build.packaging import guid_in
 from golf_impact.fmu import builder_of

@@ -9,8 +9,8 @@ import pytest
 from compare import assert_close
 from conftest import HERE, some
 from fmpy.fmi1 import FMICallException
+from fmus import get, put
 from golf_physics.companions.launch import Contact
-from instances import get, put
 from quadrature import restitution
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq

@@ -9,9 +9,9 @@ import pytest
 from cases import DEFAULTS
 from compare import assert_close
 from components import stepped
+from fmus import get, put
 from golf_physics.companions.double_pendulum import HELD, RELEASED, Golfer, Motion, State
 from golf_physics.variables import MORE_UNITS, VARIABLES
-from instances import get, put
 
 from golf_build import BY_NAME, UNITS
 from golf_impact.ball import BALLS

@@ -10,7 +10,7 @@ import pytest
 from command import run_python
 from conftest import HERE, repeated, some
 from fmpy.fmi1 import FMICallException
-from instances import begin, discard, logging_to, make_instance, mutated, put, with_checksum
+from fmus import begin, discard, logging_to, make_instance, mutated, put, with_checksum
 
 
 @pytest.fixture(scope="module")

@@ -14,10 +14,10 @@ from command import run_python
 from components import initialized
 from conftest import HERE, some
 from fmpy.fmi1 import FMICallException
+from fmus import begin, get_all, mutated, put, with_checksum
 from golf_physics.component.component import Component
 from golf_physics.component.hybrid import HybridComponent
 from golf_physics.variables import VARIABLES
-from instances import begin, get_all, mutated, put, with_checksum
 
 REALS = [row.reference for row in VARIABLES if (row.causality, row.type) == ("output", "Real")]
 POINTS = 400
@@ -45,7 +45,7 @@ def advance(slave, n):
 _OTHER = """
 import json, sys
 sys.path.insert(0, sys.argv[1])
-from instances import discard, get_all, make_instance, put
+from fmus import discard, get_all, make_instance, put
 extracted, packed, begin, end, step, inputs = json.loads(sys.stdin.read())
 slave = make_instance(extracted)
 state = slave.deSerializeFMUstate(bytes.fromhex(packed))

@@ -6,14 +6,14 @@ import zipfile
 from functools import cache
 from xml.etree import ElementTree
 
+import companions as system
 import fmpy
-import loaded as system
 import numpy as np
 import pytest
 from compare import assert_close
 from conftest import run_importer, some
 from fmpy.fmi1 import FMICallException
-from instances import get, get_all, put, with_checksum
+from fmus import get, get_all, put, with_checksum
 from scipy.integrate import solve_ivp
 
 from golf_build.system import DRIVE

@@ -11,7 +11,7 @@ import os
 import sys
 from pathlib import Path
 
-from instances import begin, discard, make_instance
+from fmus import begin, discard, make_instance
 
 
 def resident_bytes(process="self"):

@@ -12,8 +12,7 @@ from pathlib import Path
 import fmpy
 import pytest
 from command import run
-from conftest import HERE
-from loaded import build_plain_fmu
+from conftest import HERE, build_plain_fmu
 
 from golf_impact.peers import empty_fmu
 

@@ -12,15 +12,14 @@ from pathlib import Path
 import fmpy
 import pytest
 from command import run_python
-from conftest import HERE, some
-from loaded import build_plain_fmu
+from conftest import HERE, build_plain_fmu, some
 
 from golf_impact.peers import empty_fmu
 
 _PROGRAM = """
 import sys
 sys.path.insert(0, sys.argv[1])
-from instances import begin, discard, make_instance
+from fmus import begin, discard, make_instance
 _, end, *folders = sys.argv[1:]
 slaves = [make_instance(folder, name) for folder in folders for name in ("one", "two")]
 for slave in slaves:

@@ -17,7 +17,7 @@ import pytest
 from command import ROOT, run
 from compare import assert_close
 from conftest import CRITERIA, EXPECTED, HERE, require, run_importer
-from instances import begin, discard, get, make_instance
+from fmus import begin, discard, get, make_instance
 
 STEPS = (1e-3, 1e-4, 1e-6)
 STOP = 0.005

@@ -7,6 +7,7 @@ import random
 import components
 import pytest
 from components import initialized, stepped
+from fmus import get, put, with_checksum
 from golf_physics.companions.swing import Swing
 from golf_physics.component.component import Component
 from golf_physics.component.hybrid import HybridComponent
@@ -15,7 +16,6 @@ from golf_physics.laws import LAWS, Law
 from golf_physics.laws.law import LinearLaw
 from golf_physics.values import Inputs, Motion, Parameters
 from golf_physics.variables import MOTION
-from instances import get, put, with_checksum
 
 from golf_build.system import COMPANIONS
 

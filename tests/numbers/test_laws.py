@@ -17,11 +17,11 @@ from cases import integrated
 from command import ROOT, checkout
 from command import run as run_process
 from compare import assert_close
+from fmus import begin, discard, get, make_instance
 from golf_physics import variables
 from golf_physics.laws import LAWS
 from golf_physics.laws.law import LinearLaw
 from golf_physics.values import Parameters
-from instances import begin, discard, get, make_instance
 
 from golf_build import fmi2, fmi3
 

@@ -1,4 +1,8 @@
-"""Instances of FMUs by fmpy, for tests that make the FMI calls themselves."""
+"""FMUs by fmpy, call by call: instances of any of ours, in both versions of FMI.
+
+What an instance of fmpy lacks is here: calls by the names of variables, and its messages. Programs
+of tests use it, too, without golf_impact.
+"""
 
 import json
 import math
@@ -6,19 +10,28 @@ from binascii import crc32
 from functools import cache
 
 import fmpy
-from fmpy.fmi2 import FMU2Slave, defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import (
+    FMU2Slave,
+    defaultCallbacks,
+    fmi2CallbackFunctions,
+    fmi2CallbackLoggerTYPE,
+)
 from fmpy.fmi3 import FMU3Slave, fmi3Float64
 
 #: A host reads a description once.
 _described = cache(lambda folder: fmpy.read_model_description(folder, validate=False))
+
+#: What fmpy's functions are called by, for the type of a variable.
+_CALLED = {"Enumeration": "Int64"}
 
 
 def make_instance(folder, name="one", kind=None, **options):
     """Instantiate an extracted FMU for co-simulation, or as `kind`.
 
     Returns:
-        The instance, with `references` by variable name, value references `reals` and `flags`, and
-        the logger's `messages`.
+        The instance, with `variables` by name, value references `reals` and `flags`, and the
+        logger's `messages`: of FMI 2.0 only with `loggingOn`.
     """
     description = _described(str(folder))
     fmi3 = description.fmiVersion == "3.0"
@@ -28,16 +41,24 @@ def make_instance(folder, name="one", kind=None, **options):
         modelIdentifier=description.coSimulation.modelIdentifier,
         instanceName=name,
     )
-    variables = description.modelVariables
-    slave.references = {v.name: v.valueReference for v in variables}
-    slave.reals = [v.valueReference for v in variables if v.type in ("Real", "Float64")]
-    slave.flags = [v.valueReference for v in variables if v.type == "Boolean"]
-    real, integer = ("Float64", "Int64") if fmi3 else ("Real", "Integer")
-    slave.get_reals, slave.set_reals = getattr(slave, f"get{real}"), getattr(slave, f"set{real}")
-    slave.set_integers = getattr(slave, f"set{integer}")
+    slave.description = description
+    slave.variables = {v.name: v for v in description.modelVariables}
+    slave.types = {
+        name: _CALLED.get(variable.type, variable.type)
+        for name, variable in slave.variables.items()
+    }
+    slave.references = {v.name: v.valueReference for v in description.modelVariables}
+    slave.real = "Float64" if fmi3 else "Real"
+    slave.reals, slave.flags = (
+        [slave.references[name] for name, of_type in slave.types.items() if of_type == wanted]
+        for wanted in (slave.real, "Boolean")
+    )
+    slave.get_reals = getattr(slave, f"get{slave.real}")
     slave.messages = []
     if fmi3:
         options["logMessage"] = lambda *words: slave.messages.append(words[-1].decode())
+    elif options.get("loggingOn"):
+        options["callbacks"] = logging_to(lambda status, text: slave.messages.append(text))
     slave.instantiate(**options)
     return slave
 
@@ -53,32 +74,57 @@ def logging_to(log):
 
 def begin(slave, start=0.0, **values):
     """From instantiation to stepping."""
+    initialize(slave, start, **values)
+    slave.exitInitializationMode()
+    return slave
+
+
+def initialize(slave, start=0.0, **values):
+    """From instantiation into initialization mode."""
     if isinstance(slave, FMU2Slave):
         slave.setupExperiment(startTime=start)
         slave.enterInitializationMode()
     else:
         slave.enterInitializationMode(startTime=start)
     put(slave, **values)
-    slave.exitInitializationMode()
-    return slave
 
 
 def put(slave, **values):
     for name, value in values.items():
-        if isinstance(value, bool):
-            set_ = slave.setBoolean
-        else:
-            set_ = slave.set_integers if name == "law" else slave.set_reals
-        set_([slave.references[name]], [value])
+        getattr(slave, f"set{slave.types[name]}")([slave.references[name]], [value])
 
 
 def get(slave, *names):
+    """Values of floating point variables."""
     return slave.get_reals([slave.references[name] for name in names])
 
 
 def get_all(slave):
     """All real and all Boolean variables."""
     return slave.get_reals(slave.reals), slave.getBoolean(slave.flags)
+
+
+def is_set(slave, name):
+    """Whether a Boolean variable is true."""
+    return bool(slave.getBoolean([slave.references[name]])[0])
+
+
+def step_status(slave, point, size):
+    """What doStep returns: OK, or an error's number."""
+    try:
+        slave.doStep(point, size)
+    except FMICallException as error:
+        return error.status
+    return 0
+
+
+def discard(*slaves):
+    for slave in slaves:
+        slave.terminate()
+        slave.freeInstance()
+
+
+# Model Exchange
 
 
 def place(model, time, *states):
@@ -114,10 +160,7 @@ def solve_by_scipy(model, stop, method, **tolerances):
     return run
 
 
-def discard(*slaves):
-    for slave in slaves:
-        slave.terminate()
-        slave.freeInstance()
+# States that no FMU has made
 
 
 def with_checksum(body):
@@ -126,7 +169,7 @@ def with_checksum(body):
 
 
 def mutated(rng, state):
-    """A state that no FMU has made: one item anywhere in it is removed or replaced."""
+    """A state of another content: one item anywhere in it is removed or replaced."""
     content = json.loads(state)[:-1]
     places = [(content, key) for key in range(len(content))]
     for container, key in places:
