@@ -24,6 +24,10 @@ IMPACTS = 100
 #: From k (N/m) to S, COR and E.
 Solve = Callable[[float], Sequence[float]]
 
+#: For a law an instance, its value references by name, and the state in which each impact begins,
+#: or None if a doStep is a whole impact.
+Open = Callable[[int], tuple[Any, Mapping[str, int], Any]]
+
 
 class Way(NamedTuple):
     """A way to compute an impact."""
@@ -50,7 +54,7 @@ def compared(
     slave = impact.instance
     restore = partial(slave.setFMUstate, slave.getFMUstate())
     rows = [
-        by_restored_state(impact),
+        by_restored_state(impact, OURS),
         by_simulate_fmu(impact, "state restored", slave, restore),
         by_simulate_fmu(impact, "instance reset", slave, slave.reset),
         by_simulate_fmu(impact, "a new instance"),
@@ -59,11 +63,11 @@ def compared(
         by_dop853(1e-12),
     ]
     if in_c:
-        calls = fmus.compile_calls(folder)
+        library = fmus.compile_calls(folder)
         rows += [
             by_restored_state(in_c, NATIVE),
-            by_restored_state_in_c(in_c, NATIVE, calls),
-            by_sub_steps(*fastest, order=1, dt=0.5e-6, calls=calls),
+            by_restored_state(in_c, NATIVE, library),
+            by_sub_steps(*fastest, order=1, dt=0.5e-6, library=library),
         ]
     rows += [by_empty_fmu(empty)] if empty else []
     spaces = 4 if quick else 16
@@ -72,85 +76,57 @@ def compared(
     return rows, points + [by_dop853(10.0**-n) for n in range(3, 14, 5 if quick else 1)]
 
 
-def by_restored_state(impact: Impact, name: str = OURS) -> Way:
+def by_restored_state(impact: Impact, name: str, library: Path | None = None) -> Way:
     """One doStep from a saved state: the fewest and cheapest FMI calls."""
-    at = impact.references
+    slave, at = impact.instance, impact.references
 
-    def prepare(law: int) -> Solve:
-        start = _start(impact, law)
-        return partial(_solve, impact.instance, start, [at["k"]], [at[x] for x in METRICS])
+    def opened(law: int) -> tuple[Any, Mapping[str, int], Any]:
+        slave.reset()
+        slave.setupExperiment()
+        slave.enterInitializationMode()
+        slave.setInteger([at["law"]], [law])
+        slave.exitInitializationMode()
+        return slave, at, slave.getFMUstate()
 
-    return Way(name, "state restored, k set, doStep, getReal", prepare)
-
-
-def by_restored_state_in_c(impact: Impact, name: str, calls: Path) -> Way:
-    """The same calls in C, by the library of impacts.c."""
-
-    def prepare(law: int) -> Solve:
-        return _calls(calls, impact.instance, impact.references, _start(impact, law))
-
-    return Way(name, "in C: state restored, k set, doStep, getReal", prepare, IMPACTS)
-
-
-def _start(impact: Impact, law: int) -> Any:
-    """The state after initialization."""
-    slave = impact.instance
-    slave.reset()
-    slave.setupExperiment()
-    slave.enterInitializationMode()
-    slave.setInteger([impact.references["law"]], [law])
-    slave.exitInitializationMode()
-    return slave.getFMUstate()
+    return _by_calls(name, "state restored, k set, doStep, getReal", opened, library)
 
 
 def by_simulate_fmu(
-    impact: Impact,
-    called: str,
-    instance: Any = None,
-    begin: Callable[[], Any] = lambda: None,
-    name: str = OURS,
+    impact: Impact, called: str, instance: Any = None, begin: Callable[[], Any] = lambda: None
 ) -> Way:
     """fmpy.simulate_fmu in one step: extracted, in this instance after `begin`, or in a new one."""
 
-    def prepare(law: int) -> Solve:
-        def solve(k: float) -> Sequence[float]:
-            begin()
-            rows = fmpy.simulate_fmu(
-                impact.folder,
-                model_description=impact.description,
-                fmu_instance=instance,
-                start_values={"law": law, "k": k},
-                output=METRICS,
-                stop_time=STEP,
-                output_interval=STEP,
-            )
-            return [rows[name][-1] for name in METRICS]
+    def solve(law: int, k: float) -> Sequence[float]:
+        begin()
+        rows = fmpy.simulate_fmu(
+            impact.folder,
+            model_description=impact.description,
+            fmu_instance=instance,
+            start_values={"law": law, "k": k},
+            output=METRICS,
+            stop_time=STEP,
+            output_interval=STEP,
+        )
+        return [rows[name][-1] for name in METRICS]
 
-        return solve
-
-    return Way(name, f"simulate_fmu, {called}", prepare)
+    return Way(OURS, f"simulate_fmu, {called}", lambda law: partial(solve, law))
 
 
 def by_sub_steps(
-    language: str, folder: Path, order: int, dt: float, calls: Path | None = None
+    language: str, folder: Path, order: int, dt: float, library: Path | None = None
 ) -> Way:
-    """An extracted SteppedImpact.fmu: all sub-steps of `dt` s inside one doStep.
+    """An extracted SteppedImpact.fmu: all sub-steps of `dt` s inside one doStep."""
 
-    `calls` is the library of impacts.c, for the calls in C.
-    """
-
-    def prepare(law: int) -> Solve:
+    def opened(law: int) -> tuple[Any, Mapping[str, int], Any]:
         slave, at = _instance(folder)
         slave.setInteger([at["law"], at["order"]], [law, order])
         slave.setReal([at["dt"]], [dt])
         slave.exitInitializationMode()
-        if calls:
-            return _calls(calls, slave, at, None)
-        return partial(_solve, slave, None, [at["k"]], [at[name] for name in METRICS])
+        return slave, at, None
 
     name = f"{'explicit Euler' if order == 1 else 'Runge–Kutta 4'}, {language} FMU"
-    called = f"{'in C: ' if calls else ''}k set, doStep of {1e6 * dt:.2g} µs sub-steps, getReal"
-    return Way(name, called, prepare, IMPACTS if calls else 1)
+    called = f"k set, doStep of {1e6 * dt:.2g} µs sub-steps, getReal"
+    return _by_calls(name, called, opened, library)
 
 
 def by_dop853(rtol: float) -> Way:
@@ -162,12 +138,12 @@ def by_dop853(rtol: float) -> Way:
 def by_empty_fmu(folder: Path) -> Way:
     """An extracted Empty.fmu: what doStep and its reads cost if nothing is computed."""
 
-    def prepare(law: int) -> Solve:
+    def opened(law: int) -> tuple[Any, Mapping[str, int], Any]:
         slave, at = _instance(folder)
         slave.exitInitializationMode()
-        return partial(_solve, slave, None, [at["k"]], [at[n] for n in empty_fmu.OUTPUTS[:3]])
+        return slave, dict(zip(METRICS, (at[name] for name in empty_fmu.OUTPUTS))) | at, None
 
-    return Way(EMPTY, "k set, doStep, getReal", prepare)
+    return _by_calls(EMPTY, "k set, doStep, getReal", opened)
 
 
 def _instance(folder: Path) -> tuple[Any, dict[str, int]]:
@@ -177,6 +153,18 @@ def _instance(folder: Path) -> tuple[Any, dict[str, int]]:
     slave.setupExperiment()
     slave.enterInitializationMode()
     return slave, {v.name: v.valueReference for v in description.modelVariables}
+
+
+def _by_calls(name: str, called: str, opened: Open, library: Path | None = None) -> Way:
+    """FMI calls by fmpy, or in C by the library of impacts.c."""
+    if library:
+        return Way(name, f"in C: {called}", lambda law: _in_c(library, *opened(law)), IMPACTS)
+
+    def prepare(law: int) -> Solve:
+        slave, at, start = opened(law)
+        return partial(_solve, slave, start, [at["k"]], [at[name] for name in METRICS])
+
+    return Way(name, called, prepare)
 
 
 def _solve(
@@ -190,7 +178,7 @@ def _solve(
     return slave.getReal(outputs)
 
 
-def _calls(library: Path, slave: Any, at: Mapping[str, int], start: Any) -> Solve:
+def _in_c(library: Path, slave: Any, at: Mapping[str, int], start: Any) -> Solve:
     """IMPACTS impacts in C, the last with the given stiffness (N/m)."""
     run, values = ctypes.CDLL(str(library)).impacts, (ctypes.c_double * 3)()
     outputs = (ctypes.c_uint * 3)(*(at[name] for name in METRICS))
