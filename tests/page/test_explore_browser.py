@@ -62,9 +62,7 @@ def check(tab, **values):
     assert len(found.keys() & expected.keys()) == 9
 
 
-@screens
-def test_it_opens_with_the_case_asked_for(tab, tmp_path, screen):
-    tab.screen(*screen)
+def test_it_opens_with_the_case_asked_for(tab, tmp_path):
     check(tab.open(), **OPENING)
     assert tab.value("ball") == "roh-lee"
     check(tab.open("#law=2&k=900000"), law=2, k=9e5)
@@ -97,16 +95,15 @@ def test_fields_take_units_and_refusals_are_announced(tab):
     tab.open("#law=2").type("club_speed", "95 mph").type("k", "770N/mm").type("m_ball", "46,2")
     values = {"law": 2, "club_speed": 42.4688, "k": 7.7e5, "m_ball": 0.0462, "b": 0.2}
     check(tab.type("b", "0,2"), **values)
-    for name, text, why in (
-        ("k", "-5", "k = -5000.0 N/m is refused"), ("k", "770lb", "'lb' isn't a unit"),
-        ("b", "1,000", "write 1000 or 1.000"), ("b", "1,000,000", "write 1000000"),
+    for name, text, why, right in (
+        ("k", "-5", "k = -5000.0 N/m is refused", "770"), ("k", "770lb", "'lb' isn't a", "770"),
+        ("b", "1,000", "write 1000 or 1.000", "0.2"), ("b", "1,000,000", "write 1000000", "0.2"),
     ):  # fmt: skip
         tab.type(name, text)
-        assert why in tab.text(f"{name}_refused")
-        assert tab.text("announced") == tab.text(f"{name}_refused")
+        assert why in tab.text(f"{name}_refused") == tab.text("announced")
         assert tab.get(name).get_attribute("aria-invalid") == "true"
         check(tab, **values)
-        tab.type(name, {"k": "770", "b": "0.2"}[name])
+        tab.type(name, right)
         assert tab.text(f"{name}_refused") + tab.text("announced") == ""
         assert tab.get(name).get_attribute("aria-invalid") == "false"
     # Refused together: another control mends it.
@@ -120,11 +117,10 @@ def test_fields_take_units_and_refusals_are_announced(tab):
     assert tab.text("club_speed_idle") == "300 km/h is more than golf has (252 km/h)."
     # Another unit forgets what is refused; a slider has its range before its value.
     tab.type("club_speed", "x").select("unit", "mph")
-    assert tab.value("club_speed") == "186.411"
-    assert tab.text("club_speed_refused") == ""
+    assert (tab.value("club_speed"), tab.text("club_speed_refused")) == ("186.411", "")
     tab.open("#club_speed=50&unit=mph")
     assert (tab.value("club_speed"), tab.value("club_speed_slider")) == ("111.847", "112")
-    assert tab.select("unit", "mph").type("club_speed", "110").text("club_speed_idle") == ""
+    assert tab.type("club_speed", "110").text("club_speed_idle") == ""
     assert tab.get("club_speed_slider").get_attribute("aria-valuetext") == "110 mph"
 
 
