@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from golf_impact.errors import UserError, unknown_name
-from golf_impact.toml import read_toml
+from golf_impact.files import read_toml
 from golf_impact.units import si_value, unit_of
 
 #: What a ball may set, and what of it may have a covariance.
@@ -54,12 +54,15 @@ def ball(name: str) -> Ball:
 
 
 def read_ball(path: Path | str) -> Ball:
-    """The ball of a TOML file: variables of the FMU by name, and optionally title and source.
+    """The ball of a TOML file: variables of the FMU by name (SI units, or as text with a unit).
 
-    A table `uncertainty` with `parameters` and `covariance` gives predictions their intervals; a
-    table `conditions` has club_speed, m_club and club_force of the measured impact, `speeds` the
-    least and largest approach speed for which the ball holds, `limits` a text on what it isn't for.
-    UserError: the file can't be read, or something in it isn't a ball's.
+    Optional are `title`, `source`, `speeds` (the least and largest approach speed for which it
+    holds, m/s), `limits` (a text on what it isn't for), a table `conditions` (club_speed, m_club
+    and club_force of the measured impact), and a table `uncertainty` with `parameters`, p names,
+    and `covariance`, p rows of p numbers (SI units), which gives predictions their intervals.
+
+    Raises:
+        UserError: the file can't be read, or something in it isn't a ball's.
     """
     return _ball(str(path), read_toml(path))
 
@@ -99,7 +102,7 @@ def _ball(name: str, table: dict[str, Any]) -> Ball:
     return Ball(name, title, table, source, names, rows, conditions, speeds, limits)
 
 
-def _number(name: str, key: str, value: Any) -> float:
+def _number(name: str, key: str, value: Any) -> Any:
     """A value in SI units; as text it may have another one, "770 N/mm"."""
     why, number = "it must be a finite number", value
     if isinstance(value, str):

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from golf_impact.files import read_toml
 from golf_impact.quantities import QUANTITIES, derived, describe, format_percent
-from golf_impact.toml import read_toml
 
 #: The numerical error of the document, relative: the exact solution may differ from a printed
 #: number by this and half a printed digit. The largest errors are 0.53 % in COR at k = 2e6 N/m

@@ -1,13 +1,30 @@
-"""Results on disk: each file is written beside and renamed into place: it is whole or as before."""
+"""Files that are read and written: a written one is whole, or as it was before."""
 
 import json
 import os
+import sys
 import tempfile
 from pathlib import Path
 from typing import Any
 
 from golf_build.archive import plain, whole
 from golf_impact.errors import UserError
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+
+def read_toml(path: Path | str) -> dict[str, Any]:
+    """The tables of a TOML file (UTF-8, byte order mark or not); UserError if it is none."""
+    try:
+        tables: dict[str, Any] = tomllib.loads(Path(path).read_text("utf-8-sig"))
+    except OSError as error:
+        raise UserError(f"can't read {path}: {error.strerror}") from error
+    except (ValueError, RecursionError) as error:
+        raise UserError(f"{path} is no TOML file: {error}") from error
+    return tables
 
 
 def check(path: Path) -> None:

@@ -320,11 +320,22 @@ class Fmu:
 class Impact(ImpactRuns, Fmu):
     """ClubBallImpact.fmu, extracted and instantiated once for any number of impacts.
 
+    A context manager; attributes and `simulate` are those of `Fmu`. Called with outputs and values,
+    it computes an impact as `golf_impact.run_impact` does, with the same arguments and results.
+
     Args:
         path: an .fmu file (FMI 2.0); by default `current_fmu()`.
 
     Raises:
-        UserError: the file is missing, damaged, another FMU, or can't be loaded.
+        UserError: the file is missing, damaged, another FMU, or can't be loaded; later, the FMU
+            rejects a value, or has no variable of a name.
+
+    Example:
+        >>> with Impact() as impact:
+        ...     found = impact(["smash_factor"], law=2)
+        ...     path = impact.simulate(1e-3, ["force"], 1e-4, start_values={"law": 2})
+        >>> round(found["smash_factor"], 4), path["force"][:3].round().tolist()
+        (1.5842, [315.0, 3575.0, 5841.0])
     """
 
     def __init__(self, path: Path | str | None = None) -> None:

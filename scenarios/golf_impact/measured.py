@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from golf_impact.document import ROH_LEE
+from golf_impact.files import read_toml
 from golf_impact.quantities import QUANTITIES
-from golf_impact.toml import read_toml
 
 #: One mile per hour, m/s.
 MPH = 0.44704

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from golf_build import BY_NAME, LAWS
-from golf_impact.toml import read_toml
+from golf_impact.files import read_toml
 
 #: The allowed values of `law`.
 LAWS_IN_WORDS = f"law is {' or '.join(f'{number} ({name})' for number, (name, _) in LAWS.items())}"

@@ -133,7 +133,7 @@ def pushed(impact: ImpactCase, rng: random.Random) -> ImpactCase:
 
 
 def _decades(rng: random.Random, low: float, high: float) -> float:
-    return 10.0 ** rng.uniform(low, high)
+    return math.pow(10.0, rng.uniform(low, high))
 
 
 def _damping_ratio(rng: random.Random) -> float:

@@ -110,7 +110,7 @@ class _Sum:
         if _mp.im(slowest) or not any(_mp.im(rate) for rate, _ in others):
             return True
         rest = sum(abs(c * _mp.exp(rate * t)) for rate, c in others)
-        return rest >= abs(c * _mp.exp(slowest * t))
+        return bool(rest >= abs(c * _mp.exp(slowest * t)))
 
     def _root(self, left: Real, right: Real) -> Real:
         """The one zero in (left, right]."""

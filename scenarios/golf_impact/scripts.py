@@ -3,7 +3,7 @@
 import ast
 import inspect
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
@@ -47,7 +47,7 @@ def title_of(path: Path) -> str:
     return text.partition("\n")[0].rstrip(".")
 
 
-def load(path: Path) -> Callable[..., Any]:
+def load(path: Path) -> Any:
     """The function `run` of a script.
 
     Raises:
@@ -58,7 +58,7 @@ def load(path: Path) -> Callable[..., Any]:
     module.__file__ = str(path)
     with _located(path):
         loader.exec_module(module)
-    run = getattr(module, "run", None)
+    run: Any = getattr(module, "run", None)
     if not callable(run) or next(iter(inspect.signature(run).parameters), "") != "impact":
         old = " (run(fmu) with a Report: the interface of version 0.1)" if callable(run) else ""
         raise UserError(

@@ -171,7 +171,7 @@ class Design:
         return found
 
 
-def _shares(method: str, dimensions: int, generator: Any, number: int) -> np.ndarray:
+def _shares(method: str, dimensions: int, generator: Any, number: int) -> Any:
     """Points in the unit cube, shape (number, dimensions)."""
     if method == "random":
         return generator.random((number, dimensions))

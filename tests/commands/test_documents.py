@@ -18,8 +18,8 @@ from packaging.requirements import Requirement
 from scipy.integrate import solve_ivp
 
 from golf_impact.document import tables
+from golf_impact.files import read_toml
 from golf_impact.scripts import BY_NAME, FOLDER, SCENARIOS
-from golf_impact.toml import read_toml
 
 PROJECT = read_toml(ROOT / "pyproject.toml")["project"]
 

@@ -16,7 +16,7 @@ from conftest import some
 from packaging.requirements import Requirement
 
 from golf_build import extras
-from golf_impact.toml import read_toml
+from golf_impact.files import read_toml
 
 PROJECT = read_toml(ROOT / "pyproject.toml")["project"]
 EXTRAS = ("test", "calibrate", "sweep", "cluster", "interop", "native", "bench")

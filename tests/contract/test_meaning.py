@@ -18,7 +18,7 @@ from golf_impact.ball import BALLS
 from golf_impact.calibration.fit import Fit
 from golf_impact.calibration.measurements import measurements
 from golf_impact.calibration.model import ContactLaw
-from golf_impact.toml import read_toml
+from golf_impact.files import read_toml
 
 OUTPUTS = [v.name for v in VARIABLES if (v.causality, v.type) == ("output", "Real")]
 

@@ -8,9 +8,9 @@ import pytest
 from golf_build import BY_NAME
 from golf_build.system import COMPANIONS
 from golf_impact.ball import BALLS
+from golf_impact.files import read_toml
 from golf_impact.measured import MEASUREMENTS, MPH
 from golf_impact.quantities import QUANTITIES, Quantity, undefined_results
-from golf_impact.toml import read_toml
 from golf_impact.units import SYMBOLS, symbol_of, unit_of
 
 PAGE = read_toml(files("golf_impact.explore") / "page.toml")

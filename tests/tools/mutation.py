@@ -213,7 +213,7 @@ def try_mutant(mutant: Mutant, stage: str, checkout: Checkout, known: Coverage, 
 
 def equivalents() -> dict[tuple[str, ...], str]:
     """Reasons why mutants are equivalent, by their differences."""
-    from golf_impact.toml import read_toml
+    from golf_impact.files import read_toml
 
     rows = read_toml(ROOT / "tests" / "tools" / "equivalent_mutants.toml")["mutants"]
     return {tuple(difference): reason for *difference, reason in rows}

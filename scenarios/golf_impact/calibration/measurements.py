@@ -16,7 +16,7 @@ from golf_impact.calibration.curves import BASELINES, Series, conditioned
 from golf_impact.calibration.intervals import RANGES
 from golf_impact.calibration.records import read_cells, read_table
 from golf_impact.errors import UserError, unknown_name
-from golf_impact.toml import read_toml
+from golf_impact.files import read_toml
 from golf_impact.units import si_value, unit_of
 
 #: Targets that depend on the damping alone, and the FMU's outputs. An impact of two bodies has one

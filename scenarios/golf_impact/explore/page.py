@@ -14,7 +14,7 @@ from golf_build import BY_NAME, LAWS, VERSION
 from golf_impact import document
 from golf_impact.ball import BALLS, Ball
 from golf_impact.errors import UserError
-from golf_impact.files import write
+from golf_impact.files import read_toml, write
 from golf_impact.measured import ROH_LEE_FIGURES
 from golf_impact.quantities import (
     QUANTITIES,
@@ -25,7 +25,6 @@ from golf_impact.quantities import (
     undefined_results,
 )
 from golf_impact.runs import METRICS, PATH
-from golf_impact.toml import read_toml
 from golf_impact.units import REMARKABLE, SYMBOLS, symbol_of
 
 _HERE = Path(__file__).parent
