@@ -1,46 +1,75 @@
-"""Mutants: small defects in the sources, each a change of one expression or statement."""
+"""Mutants: small defects in the sources, each a change of a token or statement."""
 
 import ast
 import difflib
 import random
 import re
-from itertools import chain, pairwise, zip_longest
+import subprocess
+from collections.abc import Iterator
+from contextlib import suppress
+from itertools import chain, islice, zip_longest
 from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parents[2]
-PACKAGES = (
-    *(f"fmu_src/golf_physics{name}" for name in ("", "/component", "/laws", "/numerics")),
-    "fmu_src/golf_physics/companions",
-    *(f"scenarios/golf_impact/{name}" for name in ("arrays", "calibration")),
-)
-_OPERATORS = {
-    ast.Add: ("+", "-"), ast.Sub: ("-", "+"), ast.Mult: ("*", "/"), ast.Div: ("/", "*"),
-    ast.Pow: ("**", "*"), ast.FloorDiv: ("//", "/"), ast.Mod: ("%", "*"), ast.Lt: ("<", "<=", ">="),
-    ast.LtE: ("<=", "<", ">"), ast.Gt: (">", ">=", "<="), ast.GtE: (">=", ">", "<"),
-    ast.Eq: ("==", "!="), ast.NotEq: ("!=", "=="), ast.Is: ("is", "is not"),
-    ast.IsNot: ("is not", "is"), ast.In: ("in", "not in"), ast.NotIn: ("not in", "in"),
-    ast.And: ("and", "or"), ast.Or: ("or", "and"),
+
+#: Not mutated: comments and strings; in C directives, in JavaScript regular expressions.
+_STRINGS = r""""(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])*'"""
+_COMMENTS = r"//[^\n]*|/\*.*?\*/"
+_TEXT = {
+    ".py": rf'""".*?"""|#[^\n]*|{_STRINGS}|^if TYPE_CHECKING:$',
+    ".c": rf"{_COMMENTS}|{_STRINGS}|^#(?!define)[^\n]*",
+    ".js": rf"{_COMMENTS}|{_STRINGS}|`(?:\\.|[^`\\])*`|(?<=[(! ])/(?![ /*])[^/\n]+/(?=[,.)])",
+}
+#: Operators stand between spaces, as formatters write them; then pairs of functions.
+_OPERATORS = (
+    "+ -", "- +", "* /", "/ *", "// /", "% *", "< <= >=", "<= < >", "> >= <=", ">= > <", "== !=",
+    "!= ==", "=== !==", "!== ===", "&& ||", "|| &&", "and or", "or and", "is not", "+= =", "-= =",
+    "*= =", "/= =",
+)  # fmt: skip
+_PAIRS = (
+    "min max", "sin cos", "any all", "floor ceil", "minimum maximum", "larger smaller", "fmin fmax",
+)  # fmt: skip
+_SHARED = {
+    **{rf"(?<= ){re.escape(old)}(?= )": new for old, *new in map(str.split, _OPERATORS)},
+    **{rf"\b{old}(?=\()": [new] for a in _PAIRS for old, new in (a.split(), a.split()[::-1])},
+    r"(?<![\w.\])])-(?=[\w(])": [" "],
+}
+_C_LIKE = {
+    r"\bif \((?=\S)": ["if (0 && ", "if (1 || "], r"\btrue\b": ["false"], r"\bfalse\b": ["true"],
+    r"\bbreak;": [";"], r"\+\+": ["--"],
+    r"^ +[\w.\[\]>-]+(?: [-+*/]?= [^;\n]*;|\([^()\n]*\);?)$": [";"],
 }  # fmt: skip
-_PAIRS = "min max", "sin cos", "any all", "floor ceil", "minimum maximum"
-_NAMES = {a: b for pair in _PAIRS for a, b in (pair.split(), pair.split()[::-1])}
-#: Swapped, their arguments only raise an error.
-_REFLECTIVE = {*_NAMES, "getattr", "isinstance", "super"}
+_STATEMENT = (
+    r"(?:raise|return) .+|[\w.\[\]]*[.\]]\w* = .+|[\w.\[\]]+ [-+*/]= .+|(?!def)[\w.]+\(.*\)"
+)
+_PYTHON = {
+    r"\b(if|while) (.+)(?=:$)": [r"\1 (not (\2))"], r" if (.+?) else ": [r" if (not (\1)) else "],
+    r"\bTrue\b": ["False"], r"\bFalse\b": ["True"], r"\bcontinue$": ["break"],
+    r"\bbreak$": ["continue"], r"(?<!is )\bnot (?!in\b)": [""], r"\bis not\b": ["is"],
+    r"\bnot in\b": ["in"], r"(?<= )in(?= )": ["not in"], r"(?<=\w)\*\*(?=\w)": ["*"],
+    r"(?<!def )(\b[a-z]\w*)\((\w+), (\w+)(?=[,)])": [r"\1(\3, \2"],
+    rf"^( +)(?:{_STATEMENT})$": [r"\1pass"],
+}  # fmt: skip
+_TOKENS = {".py": _SHARED | _PYTHON, ".c": _SHARED | _C_LIKE, ".js": _SHARED | _C_LIKE}
+_NUMBER = r"(?<![\w.])(?:\d+\.\d*(?:e[-+]?\d+)?|\d+e-?\d+|\d+)(?![\w.])"
+#: Most numbers in files with figures are pixels and colours.
+_FIGURES = "createElementNS", "matplotlib"
 
 
 class Mutant(NamedTuple):
-    """A part of a file, in bytes, and what replaces it."""
+    """A part of a file and what replaces it."""
 
     file: str
     start: int
     end: int
     new: str
-    lines: tuple[int, ...]  #: executed if the part is; none outside functions
+    line: int  #: executed if the part is; 0 outside functions, and in C
 
     @property
     def source(self) -> str:
-        data = (ROOT / self.file).read_bytes()
-        return (data[: self.start] + self.new.encode() + data[self.end :]).decode()
+        code = (ROOT / self.file).read_text("utf-8")
+        return code[: self.start] + self.new + code[self.end :]
 
     @property
     def difference(self) -> list[str]:
@@ -53,93 +82,55 @@ class Mutant(NamedTuple):
     def key(self) -> str:
         return f"{' '.join(self.difference)} @{self.start}"
 
+    @property
+    def is_valid(self) -> bool:
+        """Whether it isn't an error of syntax; known of Python alone."""
+        with suppress(SyntaxError):
+            return not self.file.endswith(".py") or bool(ast.parse(self.source))
+        return False
 
-def mutants(file: str) -> list[Mutant]:
-    """All mutants of a file; none of text, annotations, what is raised, or styles of figures."""
-    data, found = (ROOT / file).read_bytes(), []
-    begins = [0, *(newline.end() for newline in re.finditer(b"\n", data))]
-    idle = {"annotation", "returns", "decorator_list", "exc", "msg"}
-    idle |= {"keywords"} if b"matplotlib" in data else set()
 
-    def span(node):
-        start, end = begins[node.lineno - 1], begins[node.end_lineno - 1]
-        return start + node.col_offset, end + node.end_col_offset
+def _numbers(text: str) -> list[str]:
+    if text.isdigit():
+        return [str(int(text) + 1), str(int(text) - 1)]
+    # The smallest are tolerances: a per mille of them has no effect.
+    value = float(text)
+    factor = 1.0 + 1e-3 if abs(value) >= 1e-4 else 1e3
+    return [repr(value * factor if value else 1e-3)]
 
-    def text(node):
-        return data[slice(*span(node))].decode()
 
-    def visit(node, line, inside, nested=False):
-        def put(start, end, *news):
-            own = range(node.lineno, node.end_lineno + 1) if isinstance(node, ast.expr) else ()
-            lines = (line, *own) if inside else ()
-            found.extend(Mutant(file, start, end, new, lines) for new in news)
+def mutants(file: str) -> Iterator[Mutant]:
+    """Mutants of a file in Python, C or JavaScript, of which some aren't valid."""
+    code, kind = (ROOT / file).read_text("utf-8"), Path(file).suffix
+    text = {n for m in re.finditer(_TEXT[kind], code, re.S | re.M) for n in range(*m.span())}
+    found = [(m, m.expand(new)) for old, news in _TOKENS[kind].items() for new in news
+             for m in re.finditer(old, code, re.M)]  # fmt: skip
+    if not any(word in code for word in _FIGURES):
+        found += [(m, new) for m in re.finditer(_NUMBER, code) for new in _numbers(m[0])]
+    tree = ast.walk(ast.parse(code if kind == ".py" else ""))
+    functions = [node for node in tree if isinstance(node, ast.FunctionDef)]
+    inside = {n for f in functions for n in range(f.body[0].lineno, (f.end_lineno or 0) + 1)}
+    for match, new in found:
+        if match.start() not in text:
+            line = code.count("\n", 0, match.start()) + 1
+            yield Mutant(file, *match.span(), new, line if line in inside else 0)
 
-        def between(left, right, operator):
-            start, end = span(left)[1], span(right)[0]
-            old, *news = _OPERATORS.get(type(operator), [None])
-            if old and not isinstance(left, ast.JoinedStr | ast.List):
-                place = re.search(re.escape(old).replace("\\ ", r"\s+").encode(), data[start:end])
-                put(start + place.start(), start + place.end(), *news)
 
-        match node:
-            case ast.JoinedStr() | ast.Expr(value=ast.Constant()):
-                return
-            case (
-                ast.If(test=ast.Name(id="TYPE_CHECKING"))
-                | ast.ClassDef(bases=[ast.Name("Protocol")])
-            ):
-                return
-            case ast.Assign(targets=[ast.Name(id="__all__" | "__slots__" | "__version__")]):
-                return
-            case ast.BinOp():
-                between(node.left, node.right, node.op)
-            case ast.BoolOp():
-                between(*node.values[:2], node.op)
-            case ast.Compare():
-                for pair, operator in zip(pairwise((node.left, *node.comparators)), node.ops):
-                    between(*pair, operator)
-            case ast.UnaryOp(op=ast.Not() | ast.USub()):
-                put(*span(node), f"({text(node.operand)})")
-            case ast.Constant(value=bool(value)):
-                put(*span(node), str(not value))
-            case ast.Constant(value=int(value)):
-                put(*span(node), str(value + 1), str(value - 1))
-            case ast.Constant(value=float(value)):
-                # The smallest are tolerances: a per mille of them has no effect.
-                factor = 1.0 + 1e-3 if abs(value) >= 1e-4 else 1e3
-                put(*span(node), repr(value * factor if value else 1e-3))
-            case ast.If() | ast.While() | ast.IfExp():
-                put(*span(node.test), f"(not ({text(node.test)}))")
-            case ast.Name(id=name) if name in _NAMES:
-                put(*span(node), _NAMES[name])
-            case ast.Call(func=function, args=[ast.Name() as a, ast.Name() as b, *_]):
-                if a.id != b.id and text(function) not in _REFLECTIVE:
-                    put(span(a)[0], span(b)[1], f"{text(b)}, {text(a)}")
-            case ast.Continue() | ast.Break():
-                put(*span(node), "break" if isinstance(node, ast.Continue) else "continue")
-            case ast.AugAssign():
-                between(node.target, node.value, node.op)
-                put(*span(node), "pass")
-            case ast.Expr() | ast.Raise() | ast.Assign(targets=[ast.Attribute() | ast.Subscript()]):
-                put(*span(node), "pass")
-            case ast.Return() if nested:
-                put(*span(node), "pass")
-        function = isinstance(node, ast.FunctionDef | ast.Lambda)
-        for name, value in ast.iter_fields(node):
-            for child in value if isinstance(value, list) else [value]:
-                if isinstance(child, ast.AST) and name not in idle:
-                    its = child.lineno if isinstance(child, ast.stmt) else line
-                    visit(child, its, inside or (function and name == "body"), not function)
-
-    visit(ast.parse(data), 0, False)
+def packages() -> dict[str, list[str]]:
+    """The sources in Python, C and JavaScript, by folder."""
+    listed = "git", "ls-files", "fmu_src", "build", "scenarios"
+    found: dict[str, list[str]] = {}
+    for file in subprocess.check_output(listed, cwd=ROOT, text=True).split():
+        if Path(file).suffix in _TEXT:
+            found.setdefault(str(Path(file).parent), []).append(file)
     return found
 
 
 def sample(count: int, seed: int) -> list[Mutant]:
     """The first mutants of a seed, in turns from each package."""
-    packages = []
-    for package in PACKAGES:
-        files = sorted((ROOT / package).glob("*.py"))
-        packages.append([m for file in files for m in mutants(str(file.relative_to(ROOT)))])
-        random.Random(f"{seed} {package}").shuffle(packages[-1])
-    return [m for m in chain(*zip_longest(*packages)) if m is not None][:count]
+    turns = []
+    for package, files in packages().items():
+        found = [mutant for file in files for mutant in mutants(file)]
+        random.Random(f"{seed} {package}").shuffle(found)
+        turns.append(mutant for mutant in found if mutant.is_valid)
+    return list(islice(filter(None, chain.from_iterable(zip_longest(*turns))), count))

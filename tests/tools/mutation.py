@@ -1,14 +1,16 @@
-"""Mutation testing: which small defect does no test notice?
+"""Mutation testing: which small defect does no test notice, and which tests notice it?
 
 `python tests/tools/mutation.py --count 300` puts defects into a copy of the checkout, one at a
 time, and runs the tests that execute the changed line (also inside a built FMU or a subprocess) up
-to the first failure; a mutant that survives these gets all other default tests. The mutants follow
-from the seed, in turns from each package: a larger count continues a smaller one. Results are
-appended to a file, so that an interrupted run continues; `--again FILE...` runs these test files on
-the survivors. equivalent_mutants.toml lists mutants that change no result, with the reason.
+to the first failure; a mutant that survives these gets all other default tests. Of C the first are
+the tests of native FMUs; of JavaScript those of the page, then the page in a browser. `--matrix`
+goes on after failures: which tests catch which mutants? `--again FILE...` runs these test files on
+the survivors. The mutants follow from the seed, a new one each week, in turns from each package: a
+larger count continues a smaller one. Results are appended to a file, so that an interrupted run
+continues. equivalent_mutants.toml lists mutants that change no result, with the reason.
 
 mutmut 3.8 writes its dispatch and imports into the sources, from where they would be packed into
-the FMUs; cosmic-ray 8.7 runs all tests on every mutant, 650 of `golf_physics.impact` alone.
+the FMUs; cosmic-ray 8.7 runs all tests on every mutant. Both change Python only.
 """
 
 import argparse
@@ -25,14 +27,17 @@ import subprocess
 import sys
 import time
 from collections import Counter, defaultdict
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from datetime import date
 from functools import partial
-from itertools import accumulate
+from itertools import accumulate, chain
+from math import inf
 from pathlib import Path
 from typing import NamedTuple
 
 import pytest
-from mutants import PACKAGES, ROOT, Mutant, sample
+from mutants import ROOT, Mutant, packages, sample
 
 #: They compare documents with the code: a defect that they notice may be written down by mistake.
 NO_EVIDENCE = tuple(
@@ -40,21 +45,29 @@ NO_EVIDENCE = tuple(
     for name in ("tables_are_those_of_the_code", "contracts", "scenarios_import_no_machinery")
 )
 
+#: By the language: tests that come first, and then. Of Python those that execute a line are first.
+DEFAULT: tuple[str, ...] = ()
+NATIVE = "--native", "tests/numbers", "tests/contract"
+BROWSER = "-m", "browser", "tests/page"
+SUITES = {".py": (DEFAULT, DEFAULT), ".c": (NATIVE, DEFAULT), ".js": (("tests/page",), BROWSER)}
+
 #: s, measured: so many of the tests that execute its line are run on every mutant.
 _FIRST = 60.0
+
+#: s; a test that takes longer is in a loop without end.
+_LONGEST = 300
 
 
 # In the test processes this file is a plugin: it records which test executes which line (coverage
 # measures subprocesses too, by the environment), or selects and orders tests.
 
-_seconds: dict[str, float] = {}
-
 
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(items):
+    # The compiler of this machine: native FMUs for all platforms take ten times as long.
+    sys.modules["ziglang"] = None
     if plan := os.environ.get("MUTATION_PLAN"):
-        run, skip, seconds = json.loads(Path(plan).read_text())
-        _seconds.update(seconds)
+        run, skip = json.loads(Path(plan).read_text())
         place = {name: n for n, name in enumerate(run)}
         items[:] = [i for i in items if i.nodeid not in skip and (i.nodeid in place or not run)]
         items.sort(key=lambda item: place.get(item.nodeid, 0))
@@ -74,7 +87,7 @@ def pytest_runtest_protocol(item):
 
         Coverage.current().switch_context(item.nodeid)
     else:
-        signal.alarm(60 + int(20.0 * _seconds.get(item.nodeid, 30.0)))
+        signal.alarm(_LONGEST)
     try:
         return (yield)
     finally:
@@ -93,32 +106,26 @@ class Checkout:
     def __init__(self, folder: Path):
         self.folder, self.root = folder, folder / "checkout"
         shutil.rmtree(folder, ignore_errors=True)
-        listed = "git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"
-        for name in subprocess.check_output(listed, cwd=ROOT, text=True).split("\0"):
-            if (ROOT / name).is_file():
-                (self.root / name).parent.mkdir(parents=True, exist_ok=True)
-                shutil.copy(ROOT / name, self.root / name)
+        left_out = shutil.ignore_patterns(".git", "*env*", "__pycache__", "mutation")
+        shutil.copytree(ROOT, self.root, ignore=left_out)
+        # Warnings about a mutant's code aren't evidence.
+        self.compiler = folder / "cc"
+        self.compiler.write_text('#!/bin/sh\nexec cc "$@" -w\n')
+        self.compiler.chmod(0o755)
 
-    def run(self, *arguments: str, **more: str) -> tuple[str, list]:
+    def run(self, *arguments: str, every: bool = False, **more: str) -> tuple[str, list]:
         """Run pytest with more environment; how it ended, and name, failure, seconds by test."""
-        path = [
-            str(self.root / name)
-            for name in ("fmu_src", "build", "scenarios", "tests", "tests/tools")
-        ]
         report, log = self.folder / "report", self.folder / "log"
         report.write_text("")
-        env = {"PYTHONPATH": os.pathsep.join(path), "MUTATION_REPORT": str(report), **more}
-        options = [
-            *["-x", "-n0", "-p", "mutation", "-p", "no:cacheprovider"],
-            f"--basetemp={self.folder}/t",
-        ]
+        names = "fmu_src", "build", "scenarios", "tests", "tests/tools"
         # Not the variables of a test run that this may be part of.
-        own = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST")}
-        process = subprocess.Popen(
-            [sys.executable, "-B", "-m", "pytest", *options, *arguments],
-            cwd=self.root, env=own | env, stdout=log.open("w"), stderr=subprocess.STDOUT,
-            start_new_session=True,
-        )  # fmt: skip
+        env = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST")}
+        env |= {"PYTHONPATH": os.pathsep.join(str(self.root / name) for name in names)}
+        env |= {"MUTATION_REPORT": str(report), "CC": str(self.compiler), **more}
+        command = [sys.executable, "-B", "-m", "pytest", "-n0", *("-p", "mutation"), *arguments]
+        command += ["--maxfail=9999" if every else "-x", f"--basetemp={self.folder}/t"]
+        to = {"stdout": log.open("w"), "stderr": subprocess.STDOUT, "start_new_session": True}
+        process = subprocess.Popen(command, cwd=self.root, env=env, **to)
         try:
             code = process.wait(7200.0)
         except subprocess.TimeoutExpired:
@@ -141,73 +148,72 @@ class Coverage(NamedTuple):
     @classmethod
     def measured(cls, folder: Path) -> "Coverage":
         """Measured once for these sources."""
-        files = sorted(file for package in PACKAGES for file in (ROOT / package).glob("*.py"))
+        files = [ROOT / file for files in packages().values() for file in files]
         digest = hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:12]
         place, data = folder / f"coverage-{digest}.json", folder / "coverage"
         if not place.exists():
-            shutil.rmtree(data, ignore_errors=True)
-            checkout = Checkout(data)
-            settings = data / "settings"
+            checkout, settings = Checkout(data), data / "settings"
             settings.write_text(
                 f"[run]\ndata_file = {data}/c\nparallel = true\ncontext = ${{MUTATION_TEST}}\n"
-                "include = */golf_*/*\nomit = */golf_build/*\n"
+                f"include = */golf_*/*, {checkout.root}/*\nomit = */checkout/tests/*\n"
             )
-            _, ran = checkout.run("--maxfail=9999", COVERAGE_PROCESS_START=str(settings))
+            _, ran = checkout.run("-n2", every=True, COVERAGE_PROCESS_START=str(settings))
             if not ran:
                 raise SystemExit(f"no test has run: see {data / 'log'}")
-            place.write_text(json.dumps(cls._of(data, ran)))
+            seconds, lines = {name: taken for name, _, taken in ran}, cls._lines(data)
+            ran += checkout.run(*NATIVE, every=True)[1] + checkout.run(*BROWSER, every=True)[1]
+            skip = [name for name, bad, _ in ran if bad or name.startswith(NO_EVIDENCE)]
+            place.write_text(json.dumps([seconds, skip, lines]))
         return cls(*json.loads(place.read_text()))
 
-    @classmethod
-    def _of(cls, data: Path, ran: list) -> "Coverage":
+    @staticmethod
+    def _lines(data: Path) -> dict[str, dict[int, list[str]]]:
         from coverage import CoverageData
 
-        seconds = {name: taken for name, _, taken in ran}
-        skip = [name for name, failed, _ in ran if failed or name.startswith(NO_EVIDENCE)]
+        def source(file: str) -> str:
+            # In FMUs the package is golf_physics_ or golf_swing_ and a digest.
+            name = re.sub(r".*/checkout/|.*/golf_\w+_[0-9a-f]{16}/", "", file)
+            places = name, f"fmu_src/golf_physics/{name}", f"fmu_src/{name}"
+            return next((place for place in places if (ROOT / place).is_file()), name)
+
         lines: dict = defaultdict(lambda: defaultdict(set))
         for part in data.glob("c.*"):
             (read := CoverageData(str(part))).read()
             for file in read.measured_files():
-                # In FMUs the packages are golf_physics_ or golf_swing_ and a digest.
-                *_, package, name = re.split(r"/golf_(\w+)/", file)
-                parent = "scenarios/golf_impact" if package == "impact" else "fmu_src/golf_physics"
                 for line, tests in read.contexts_by_lineno(file).items():
-                    lines[f"{parent}/{name}"][line].update(seconds.keys() & tests)
-        found = {file: {n: sorted(t) for n, t in own.items()} for file, own in lines.items()}
-        return cls(seconds, skip, found)
+                    lines[source(file)][line].update(tests)
+        return {file: {n: sorted(t) for n, t in own.items()} for file, own in lines.items()}
 
-    def tests(self, mutant: Mutant) -> list[str]:
-        """Of the tests that execute a mutant's line, or its file: quick ones, quick files first."""
+    def tests(self, mutant: Mutant, limit: float) -> list[str]:
+        """Of the tests that execute a mutant's line, or its file, the quick ones first, by file."""
         own = self.lines.get(mutant.file, {})
-        tests = {t for n in map(str, mutant.lines or own) for t in own.get(n, ())} - {*self.skip}
-        files: Counter = Counter()
-        for name in tests:
-            files[name.partition("::")[0]] += self.seconds[name]
-
-        def order(name: str) -> tuple:
-            file = name.partition("::")[0]
-            return self.seconds[name] > 0.2, files[file], file
-
-        tests = sorted((name for name in self.seconds if name in tests), key=order)
+        found = own.get(str(mutant.line)) or chain.from_iterable(own.values())
+        found = (self.seconds.keys() & found) - {*self.skip}
+        tests = sorted(found, key=lambda name: (self.seconds[name] > 0.2, name))
         until = accumulate(map(self.seconds.__getitem__, tests))
-        return [name for name, time in zip(tests, until) if time <= _FIRST]
+        return [name for name, time in zip(tests, until) if time <= limit]
 
 
-def try_mutant(mutant: Mutant, stage: str, checkout: Checkout, known: Coverage, files=()) -> dict:
-    """Run the tests of a stage on one mutant: `covering`, the `rest`, or these files `again`."""
-    tests = known.tests(mutant)
-    run, skip = (tests if stage == "covering" else []), known.skip
-    skip = skip + tests if stage == "rest" else skip
-    files = files or dict.fromkeys(name.partition("::")[0] for name in run)
-    plan, target = checkout.folder / "plan", checkout.root / mutant.file
-    plan.write_text(json.dumps([run, skip, known.seconds]))
-    begin, state, by = time.perf_counter(), "survived", ""
-    if files or stage == "rest":
+def try_mutant(
+    mutant: Mutant, stage: str, checkout: Checkout, known: Coverage, files: Sequence[str] = ()
+) -> dict:
+    """Run on one mutant the tests that are `first` or `then`, the `matrix`, or `again` files."""
+    first, then = SUITES[Path(mutant.file).suffix]
+    covering = known.tests(mutant, _FIRST if stage != "matrix" else inf) if not first else []
+    suite, run, skip = first or {name.partition("::")[0] for name in covering}, covering, known.skip
+    if stage == "then":
+        suite, run, skip = then, [], skip + covering
+    elif stage == "again":
+        suite, run = files, []
+    begin, state, ran = time.perf_counter(), "survived", []
+    if suite or stage == "then":
+        plan, target = checkout.folder / "plan", checkout.root / mutant.file
+        plan.write_text(json.dumps([run, skip]))
+        before = target.read_bytes()
         target.write_text(mutant.source, "utf-8")
-        state, ran = checkout.run(*files, MUTATION_PLAN=str(plan))
-        by = "" if state == "survived" else next((name for name, bad, _ in ran if bad), "the end")
-        shutil.copy(ROOT / mutant.file, target)
-    seconds = round(time.perf_counter() - begin, 1)
+        state, ran = checkout.run(*suite, every=stage == "matrix", MUTATION_PLAN=str(plan))
+        target.write_bytes(before)
+    by, seconds = [name for name, failed, _ in ran if failed], time.perf_counter() - begin
     return {"key": mutant.key, "stage": stage, "state": state, "by": by, "seconds": seconds}
 
 
@@ -219,64 +225,81 @@ def equivalents() -> dict[tuple[str, ...], str]:
     return {tuple(difference): reason for *difference, reason in rows}
 
 
+def print_table(columns: Sequence[str], counts: dict[str, Counter]) -> None:
+    """Print counts by row and column."""
+    print(f"{'':44}", *(f"{name:>10}" for name in columns))
+    for row, count in counts.items():
+        print(f"{row:44}", *(f"{count[name]:10}" for name in columns))
+
+
 def share(chosen: list[Mutant], results: dict, reasons: dict) -> float:
     """Print survivors and a table by package; the share caught of those that aren't equivalent."""
-    columns = "mutants", "caught", "timeout", "survived", "equivalent", "not run"
-    counts: dict = {package: Counter() for package in (*PACKAGES, "all")}
+    counts: dict[str, Counter] = {package: Counter() for package in (*packages(), "all")}
     for mutant in chosen:
         state = results.get(mutant.key, {"state": "not run"})["state"]
-        if state == "survived":
-            reason = reasons.get(tuple(mutant.difference), "")
-            state = "equivalent" if reason else state
+        if reason := reasons.get(tuple(mutant.difference), ""):
+            state = "equivalent"
+        if state in ("survived", "equivalent"):
             print(state, *mutant.difference, *filter(None, [reason]), sep="\n  ")
         for package in (str(Path(mutant.file).parent), "all"):
             counts[package].update([state, "mutants"])
-    print(f"{'':36}", *(f"{name:>10}" for name in columns))
-    for package, count in counts.items():
-        print(f"{package:36}", *(f"{count[name]:10}" for name in columns))
-    caught = count["caught"] + count["timeout"]
-    return caught / max(1, caught + count["survived"])
+    columns = "mutants", "caught", "timeout", "survived", "equivalent", "not run"
+    print_table(columns, counts)
+    caught = counts["all"]["caught"] + counts["all"]["timeout"]
+    return caught / max(1, caught + counts["all"]["survived"])
+
+
+def print_matrix(chosen: list[Mutant], results: dict) -> None:
+    """Print of each test file how many mutants it catches, and how many no other file does."""
+    files = sorted(str(path.relative_to(ROOT)) for path in ROOT.glob("tests/**/test_*.py"))
+    counts: dict[str, Counter] = {file: Counter() for file in files}
+    for mutant in chosen:
+        tests = results.get(mutant.key, {"by": []})["by"]
+        files = {name.partition("::")[0] for name in tests}
+        for file in files:
+            counts[file].update(["caught", *(["alone"] if len(files) == 1 else [])])
+    print_table(("caught", "alone"), counts)
 
 
 def main(arguments: list[str] | None = None) -> float:
     """Test mutants as the arguments say; see `share`."""
+    year, week, _ = date.today().isocalendar()
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--count", type=int, default=300, help="mutants")
-    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--seed", type=int, default=100 * year + week, help="default: this week's")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--folder", type=Path, default=ROOT / "build" / "mutation")
-    parser.add_argument("--covering", action="store_true", help="without the other tests")
+    parser.add_argument("--matrix", action="store_true", help="all tests, whatever fails")
     parser.add_argument("--again", nargs="+", default=(), help="test files to run on survivors")
     options = parser.parse_args(arguments)
+    print("seed", options.seed)
     options.folder.mkdir(parents=True, exist_ok=True)
     known, chosen = Coverage.measured(options.folder), sample(options.count, options.seed)
-    reasons, log = equivalents(), options.folder / "results.jsonl"
+    log = options.folder / ("matrix.jsonl" if options.matrix else "results.jsonl")
     log.touch()
     results = {row["key"]: row for row in map(json.loads, log.open())}
-    checkouts: queue.Queue = queue.Queue()
+    reasons, checkouts = equivalents(), queue.Queue[Checkout]()
     for n in range(options.workers):
         checkouts.put(Checkout(options.folder / f"worker{n}"))
 
-    def step(stage, mutant):
+    def step(stage: str, mutant: Mutant) -> None:
+        last = results.get(mutant.key, {"state": "survived", "stage": ""})
+        done = last["stage"] in (stage, "then", "again") and stage != "again"
+        if done or last["state"] != "survived" or tuple(mutant.difference) in reasons:
+            return
         checkout = checkouts.get()
-        result = try_mutant(mutant, stage, checkout, known, options.again)
+        results[mutant.key] = try_mutant(mutant, stage, checkout, known, options.again)
         checkouts.put(checkout)
-        results[mutant.key] = result
         with log.open("a") as file:
-            print(json.dumps(result), file=file, flush=True)
+            print(json.dumps(results[mutant.key]), file=file, flush=True)
 
-    def is_due(stage, mutant):
-        result = results.get(mutant.key)
-        if result is None or stage == "covering":
-            return result is None
-        over = (result["stage"], stage) == ("rest", "rest") or tuple(mutant.difference) in reasons
-        return result["state"] == "survived" and not over
-
-    for stage in ["again"] if options.again else ["covering", "rest"][: 2 - options.covering]:
-        due = [mutant for mutant in chosen if is_due(stage, mutant)]
+    stages = ["again"] if options.again else ["matrix"] if options.matrix else ["first", "then"]
+    for stage in stages:
         with ThreadPoolExecutor(options.workers) as pool:
-            list(pool.map(partial(step, stage), due))
+            list(pool.map(partial(step, stage), chosen))
     caught = share(chosen, results, reasons)
+    if options.matrix:
+        print_matrix(chosen, results)
     print(f"{caught:.1%} of the mutants that aren't equivalent are caught")
     return caught
 
