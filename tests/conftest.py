@@ -87,18 +87,6 @@ def pytest_addoption(parser):
     parser.addoption("--ci", action="store_true", help="also what takes long, as .ci/run does")
 
 
-#: Files that take more than some seconds, the longest first: started last, one of them would occupy
-#: a single processor at the end.
-SLOW = (
-    "test_sweep", "test_system", "test_cli", "test_stress", "test_calibrate", "test_command_line",
-    "test_explore_browser", "test_explore", "test_bench", "test_native", "test_interop",
-    "test_archives", "test_hosts", "test_native_host", "test_sweep_cluster", "test_call_order",
-    "test_endurance", "test_power_law", "test_scenarios", "test_state", "test_fmi3",
-    "test_documents", "test_values", "test_install", "test_exit", "test_two_ways", "test_laws", "test_launch",
-    "test_calibrate_records",
-)  # fmt: skip
-
-
 def pytest_configure(config):
     if not config.getoption("--hypothesis-profile"):
         settings.load_profile("ci" if config.getoption("--ci") else "few")
@@ -122,13 +110,11 @@ def pytest_collection_modifyitems(config, items):
         left_out.add("ci")
     kept, dropped = [], []
     for item in items:
-        if item.path.stem in SLOW:
-            item.add_marker("slow")
         if "browser" in item.fixturenames:
             item.add_marker("browser")
         (dropped if any(map(item.get_closest_marker, left_out)) else kept).append(item)
     config.hook.pytest_deselected(items=dropped)
-    items[:] = sorted(kept, key=lambda item: [*SLOW, item.path.stem].index(item.path.stem))
+    items[:] = kept
 
 
 #: Tasks of the C host with an instance, and their arguments; each ends with the impact of LAW_1.

@@ -177,7 +177,7 @@ def test_what_is_stored_of_the_lesson():
     assert not re.search(r"/(home|root|work|tmp)/", text)
     # Its extra brings what it imports, and Jupyter.
     extra = {Requirement(one).name for one in PROJECT["optional-dependencies"]["lesson"]}
-    assert extra >= {"jupyterlab", "lmfit"}
+    assert extra >= {"jupyterlab", "golf-impact"}
     assert ".[lesson]" in text
 
 

@@ -19,7 +19,7 @@ from golf_build import extras
 from golf_impact.files import read_toml
 
 PROJECT = read_toml(ROOT / "pyproject.toml")["project"]
-EXTRAS = ("test", "calibrate", "sweep", "cluster", "interop", "native", "bench")
+EXTRAS = ("calibrate", "sweep", "cluster", "interop", "native", "bench")
 
 
 def test_nothing_undeclared_is_imported():

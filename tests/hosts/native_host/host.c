@@ -217,7 +217,7 @@ static void task_signals(void)
 /* A host that forks while nothing else runs: child and parent each go on. */
 static void task_fork(void)
 {
-    double values[OUTPUTS], childs[OUTPUTS];
+    double values[OUTPUTS], received[OUTPUTS];
     int status = 0;
     fmi2Component c = initialized();
     advance(c, 0, 100, 1e-6);
@@ -226,15 +226,15 @@ static void task_fork(void)
     pid_t child = fork();
     if (child == 0) {
         advance(c, 100, 5000, 1e-6);
-        read_outputs(c, childs);
-        _exit(write(ends[1], childs, sizeof childs) != sizeof childs);
+        read_outputs(c, received);
+        _exit(write(ends[1], received, sizeof received) != sizeof received);
     }
     waitpid(child, &status, 0);
     expect(status == 0, "the child ended well");
     advance(c, 100, 5000, 1e-6);
     read_outputs(c, values);
-    expect(read(ends[0], childs, sizeof childs) == sizeof childs, "the child's outputs");
-    expect(!memcmp(values, childs, sizeof values), "child and parent have the same outputs");
+    expect(read(ends[0], received, sizeof received) == sizeof received, "the child's outputs");
+    expect(!memcmp(values, received, sizeof values), "child and parent have the same outputs");
     print_outputs(values);
     discard(c);
 }
