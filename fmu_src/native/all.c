@@ -24,6 +24,7 @@
 #endif
 #include "fmi3Functions.h"
 #include "instance.c"
+#include "fmi.c"
 #include "fmi3.c"
 #else
 #include "fmi2Functions.h"
@@ -35,5 +36,6 @@
 #define fmi2FullName(name) PREFIX_OF(FMI2_FUNCTION_PREFIX, name)
 #endif
 #include "instance.c"
+#include "fmi.c"
 #include "fmi2.c"
 #endif

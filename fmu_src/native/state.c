@@ -3,96 +3,12 @@
    Bytes have a name that changes with the layout, every value, and a checksum; contacts are made again
    from their initial states. Bytes of other content are refused, or restored harmlessly. */
 
-static const char LAYOUT[] = "golf-impact native state 1";
+static const char LAYOUT[] = "golf-impact native state 2";
 
-typedef struct {
-    unsigned char *bytes; /* NULL: they are only counted */
-    size_t count;
-    int is_reading;
-} Stream;
-
-static void pass(Stream *s, void *value, size_t size)
-{
-    if (s->is_reading) memcpy(value, s->bytes + s->count, size);
-    else if (s->bytes) memcpy(s->bytes + s->count, value, size);
-    s->count += size;
-}
-
-static void pass_numbers(Stream *s, double values[], size_t count)
-{
-    pass(s, values, count * sizeof *values);
-}
-
-static void pass_integer(Stream *s, int *value)
-{
-    int32_t number = *value;
-    pass(s, &number, sizeof number);
-    *value = number;
-}
-
-#define PASS(s, numbers) pass_numbers(s, (double *)&(numbers), sizeof(numbers) / sizeof(double))
-
-static void pass_refusals(Stream *s, Refusal refusals[], int most, int *count)
-{
-    pass_integer(s, count);
-    for (int n = 0; n < most; n++) {
-        int reason = (int)refusals[n].reason, type = (int)refusals[n].type;
-        pass_integer(s, &reason);
-        pass_integer(s, &refusals[n].place);
-        pass_integer(s, &type);
-        refusals[n].reason = (Reason)reason;
-        refusals[n].type = (Type)type;
-        PASS(s, refusals[n].numbers); /* of a call, so that nothing is prevented */
-    }
-}
-
-static void pass_impact(Stream *s, Impact *i)
-{
-    int phase = (int)i->phase;
-    pass_integer(s, &phase);
-    i->phase = (PhaseKind)phase;
-    PASS(s, i->approach.begin);
-    PASS(s, i->approach.duration);
-    PASS(s, i->approach.motion);
-    PASS(s, i->approach.compression_low);
-    PASS(s, i->touch.instant);
-    PASS(s, i->touch.x_ball);
-    PASS(s, i->touch.club_speed);
-    PASS(s, i->begin);
-    PASS(s, i->motion);
-    PASS(s, i->acting);
-    PASS(s, i->before);
-    PASS(s, i->flight.begin);
-    PASS(s, i->flight.motion);
-    PASS(s, i->flight.club_force);
-    pass_integer(s, &i->flight.is_pushed);
-    pass_integer(s, &i->flight.recovers);
-    PASS(s, i->flight.separation);
-    PASS(s, i->flight.at_separation);
-    PASS(s, i->flight.lasted);
-}
-
-static void pass_snapshot(Stream *s, Snapshot *is)
-{
-    int mode = (int)is->mode, first_phase = (int)is->first_phase;
-    PASS(s, is->values);
-    pass_integer(s, &mode);
-    is->mode = (Mode)mode;
-    pass_refusals(s, is->refused, SETTABLE + 1, &is->refused_count);
-    pass_refusals(s, is->illegal, MOST_ILLEGAL, &is->illegal_count);
-    PASS(s, is->start_time);
-    PASS(s, is->origin);
-    PASS(s, is->point);
-    PASS(s, is->begin);
-    PASS(s, is->last_step);
-    PASS(s, is->count);
-    PASS(s, is->inputs);
-    pass_integer(s, &is->has_impact);
-    pass_integer(s, &first_phase);
-    is->first_phase = (PhaseKind)first_phase;
-    PASS(s, is->parameters);
-    pass_impact(s, &is->impact);
-}
+enum {
+    STATE_SIZE = offsetof(Snapshot, impact.contact),
+    PACKED_SIZE = sizeof LAYOUT + STATE_SIZE + sizeof(uint64_t)
+};
 
 static uint64_t checksum(const unsigned char bytes[], size_t size)
 {
@@ -101,17 +17,13 @@ static uint64_t checksum(const unsigned char bytes[], size_t size)
     return sum;
 }
 
-/* Write a state as bytes, unless they are NULL; returns how many. */
-static size_t packed(const Snapshot *from, unsigned char *bytes)
+/* Write a state as `PACKED_SIZE` bytes. */
+static void packed(const Snapshot *from, unsigned char bytes[])
 {
-    Stream s = {bytes, 0, 0};
-    pass(&s, (char *)LAYOUT, sizeof LAYOUT);
-    pass_snapshot(&s, (Snapshot *)from);
-    if (bytes) {
-        uint64_t sum = checksum(bytes, s.count);
-        memcpy(bytes + s.count, &sum, sizeof sum);
-    }
-    return s.count + sizeof(uint64_t);
+    memcpy(bytes, LAYOUT, sizeof LAYOUT);
+    memcpy(bytes + sizeof LAYOUT, from, STATE_SIZE);
+    uint64_t sum = checksum(bytes, sizeof LAYOUT + STATE_SIZE);
+    memcpy(bytes + sizeof LAYOUT + STATE_SIZE, &sum, sizeof sum);
 }
 
 /* READING */
@@ -141,7 +53,7 @@ static int are_refusals(const Refusal refusals[], int count, int most)
     for (int n = 0; n < count; n++) {
         const Refusal *r = &refusals[n];
         if ((int)r->reason <= FINE || r->reason > LAST_REASON || r->place < 0 || r->place > SETTABLE
-            || (int)r->type < 0 || r->type > UINT64)
+            || (int)r->type < 0 || r->type > UINT64 || r->prevented)
             return 0;
         if (r->place == SETTABLE && r->reason != START_TIME) return 0;
     }
@@ -195,13 +107,13 @@ static int is_possible(const Snapshot *is)
 /* Read a state from bytes; returns whether they are one of this version's. */
 static int unpacked(Snapshot *to, const unsigned char bytes[], size_t size)
 {
-    Stream s = {(unsigned char *)bytes, sizeof LAYOUT, 1};
     uint64_t sum;
     memset(to, 0, sizeof *to);
-    if (size != packed(to, NULL) || memcmp(bytes, LAYOUT, sizeof LAYOUT)) return 0;
+    if (size != PACKED_SIZE || memcmp(bytes, LAYOUT, sizeof LAYOUT)) return 0;
     memcpy(&sum, bytes + size - sizeof sum, sizeof sum);
     if (sum != checksum(bytes, size - sizeof sum)) return 0;
-    pass_snapshot(&s, to);
+    memcpy(to, bytes + sizeof LAYOUT, STATE_SIZE);
+    to->impact.has_failed = 0;
     if (!is_possible(to)) return 0;
     if (to->has_impact && to->impact.phase != APPROACH)
         contact_begin(&to->impact.contact, &to->parameters, to->impact.acting, to->impact.motion);

@@ -1,0 +1,125 @@
+/* FMI's functions that both versions have, with the names and types of the one that is compiled. */
+
+#if FMI_VERSION == 3
+#define FMI(name) fmi3##name
+#define FMI_STATE(verb, more) fmi3##verb##FMUState##more
+#define fmi3DeSerializeFMUState fmi3DeserializeFMUState
+#define VALUE_COUNT , size_t value_count
+#define ARE_AS_MANY (count == value_count)
+#else
+#define FMI(name) fmi2##name
+#define FMI_STATE(verb, more) fmi2##verb##FMUstate##more
+#define VALUE_COUNT
+#define ARE_AS_MANY 1
+#endif
+
+/* A host passes more than is used here. */
+#if defined __GNUC__
+#pragma GCC diagnostic ignored "-Wunused-parameter"
+#endif
+
+#define COMPONENT(c) (&((Instance *)(c))->component)
+#define REFERENCES const FMI(ValueReference) references[], size_t count
+
+static FMI(Status) status_of(int is_legal) { return is_legal ? FMI(OK) : FMI(Error); }
+
+const char *FMI(GetVersion)(void) { return FMI(Version); }
+
+void FMI(FreeInstance)(void *c) { free_instance(c); }
+
+/* There are messages on errors alone. */
+FMI(Status) FMI(SetDebugLogging)(void *c, FMI(Boolean) on, size_t count,
+                                 const FMI(String) categories[])
+{
+    return status_of(c != NULL);
+}
+
+FMI(Status) FMI(ExitInitializationMode)(void *c)
+{
+    return status_of(c && component_exit_initialization(COMPONENT(c)));
+}
+
+FMI(Status) FMI(Terminate)(void *c)
+{
+    if (c) component_terminate(COMPONENT(c));
+    return status_of(c != NULL);
+}
+
+FMI(Status) FMI(Reset)(void *c)
+{
+    if (c) reset_instance(c);
+    return status_of(c != NULL);
+}
+
+/* VALUES */
+
+#define HAS_ARRAYS (c && ARE_AS_MANY && (!count || (references && values)))
+
+#define GET_AND_SET(Name, type, of)                                                                 \
+    FMI(Status) FMI(Get##Name)(void *c, REFERENCES, type values[] VALUE_COUNT)                      \
+    {                                                                                               \
+        int is_legal = 1;                                                                           \
+        double value;                                                                               \
+        if (!HAS_ARRAYS) return FMI(Error);                                                         \
+        Host host = hold(COMPONENT(c));                                                             \
+        for (size_t n = 0; n < count; n++) {                                                        \
+            is_legal &= component_get(COMPONENT(c), references[n], of, &value);                     \
+            values[n] = (type)value;                                                                \
+        }                                                                                           \
+        release(&host);                                                                             \
+        int is_failed = has_read_failed(COMPONENT(c));                                              \
+        for (size_t n = 0; is_failed && n < count; n++) values[n] = (type)(of == REAL ? NAN : 0.0); \
+        return status_of(is_legal);                                                                 \
+    }                                                                                               \
+                                                                                                    \
+    FMI(Status) FMI(Set##Name)(void *c, REFERENCES, const type values[] VALUE_COUNT)                \
+    {                                                                                               \
+        int is_legal = 1;                                                                           \
+        if (!HAS_ARRAYS) return FMI(Error);                                                         \
+        for (size_t n = 0; n < count; n++)                                                          \
+            is_legal &= component_set(COMPONENT(c), references[n], (double)values[n], of);          \
+        return status_of(is_legal);                                                                 \
+    }
+
+GET_AND_SET(Boolean, FMI(Boolean), BOOLEAN)
+
+/* There are no strings: each is refused. */
+
+FMI(Status) FMI(GetString)(void *c, REFERENCES, FMI(String) values[] VALUE_COUNT)
+{
+    double value;
+    if (!HAS_ARRAYS) return FMI(Error);
+    for (size_t n = 0; n < count; n++) {
+        component_get(COMPONENT(c), references[n], STRING, &value);
+        values[n] = "0";
+    }
+    return status_of(!count);
+}
+
+FMI(Status) FMI(SetString)(void *c, REFERENCES, const FMI(String) values[] VALUE_COUNT)
+{
+    if (!HAS_ARRAYS) return FMI(Error);
+    for (size_t n = 0; n < count; n++) component_set(COMPONENT(c), references[n], 0.0, STRING);
+    return status_of(!count);
+}
+
+/* STATES */
+
+FMI(Status) FMI_STATE(Get, )(void *c, void **state) { return status_of(c && save(c, state)); }
+FMI(Status) FMI_STATE(Set, )(void *c, void *state) { return status_of(c && restore(c, state)); }
+FMI(Status) FMI_STATE(Free, )(void *c, void **state) { return status_of(c && drop(c, state)); }
+
+FMI(Status) FMI_STATE(Serialized, Size)(void *c, void *state, size_t *size)
+{
+    return status_of(c && serialized_size(c, state, size));
+}
+
+FMI(Status) FMI_STATE(Serialize, )(void *c, void *state, FMI(Byte) bytes[], size_t size)
+{
+    return status_of(c && serialize(c, state, (unsigned char *)bytes, size));
+}
+
+FMI(Status) FMI_STATE(DeSerialize, )(void *c, const FMI(Byte) bytes[], size_t size, void **state)
+{
+    return status_of(c && deserialize(c, (const unsigned char *)bytes, size, state));
+}
