@@ -12,17 +12,17 @@ import importlib.util
 import os
 import platform
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
 import uuid
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
 import golf_physics
 
-from golf_build import mach_o
 from golf_build.archive import SUMS, checksums, scratch, write_archive
 from golf_build.extras import install_command
 from golf_build.native_header import header
@@ -32,6 +32,9 @@ SUFFIX = ".native"
 
 #: The ziglang of pyproject.toml's extra: other versions make other bytes.
 ZIGLANG = "0.13.0"
+
+#: Its C compiler.
+ZIG_CC = (sys.executable, "-m", "ziglang", "cc")
 
 #: Whatever an importer's options are: no fused operations, and nothing visible but FMI's functions.
 _FLAGS = (
@@ -53,68 +56,65 @@ class Target(NamedTuple):
     """A platform.
 
     Attributes:
+        machine: system and processor, as Python's `platform` has them.
         zig: its name for zig.
         suffix: of a library.
         folders: of the binaries in an FMU, by version of FMI.
-        machine: as Python's `platform` has it: system and machine.
-        notices: licences of what zig links beside the FMU's own code, by file of the FMU.
     """
 
+    machine: str
     zig: str
     suffix: str
     folders: dict[int, str]
-    machine: tuple[str, str]
-    notices: dict[str, str]
 
+    @property
+    def words(self) -> str:
+        """The machine by its usual names."""
+        words = {"Darwin": "macOS", "AMD64": "x86_64", "arm64": "aarch64"}
+        return " ".join(words.get(word, word) for word in self.machine.split())
 
-_ZIG = {"zig.txt": "LICENSE", "musl.txt": "lib/libc/musl/COPYRIGHT"}
-_MINGW = {"mingw-w64.txt": "lib/libc/mingw/COPYING"}
 
 #: In FMI 2.0 the two for macOS are one universal file.
 TARGETS = (
-    Target(
-        "x86_64-linux-gnu.2.17", ".so", {2: "linux64", 3: "x86_64-linux"}, ("Linux", "x86_64"), {}
-    ),
-    Target("aarch64-linux-gnu.2.17", ".so", {3: "aarch64-linux"}, ("Linux", "aarch64"), {}),
-    Target(
-        "x86_64-windows-gnu", ".dll", {2: "win64", 3: "x86_64-windows"}, ("Windows", "AMD64"),
-        _ZIG | _MINGW,
-    ),
-    Target(
-        "x86_64-macos.11.0", ".dylib", {2: "darwin64", 3: "x86_64-darwin"}, ("Darwin", "x86_64"),
-        {},
-    ),
-    Target(
-        "aarch64-macos.11.0", ".dylib", {2: "darwin64", 3: "aarch64-darwin"}, ("Darwin", "arm64"),
-        {},
-    ),
-)  # fmt: skip
+    Target("Linux x86_64", "x86_64-linux-gnu.2.17", ".so", {2: "linux64", 3: "x86_64-linux"}),
+    Target("Linux aarch64", "aarch64-linux-gnu.2.17", ".so", {3: "aarch64-linux"}),
+    Target("Windows AMD64", "x86_64-windows-gnu", ".dll", {2: "win64", 3: "x86_64-windows"}),
+    Target("Darwin x86_64", "x86_64-macos.11.0", ".dylib", {2: "darwin64", 3: "x86_64-darwin"}),
+    Target("Darwin arm64", "aarch64-macos.11.0", ".dylib", {2: "darwin64", 3: "aarch64-darwin"}),
+)
+
+#: Licences of what zig links into libraries for Windows beside the FMU's own code.
+_NOTICES = {
+    "zig.txt": "LICENSE",
+    "musl.txt": "lib/libc/musl/COPYRIGHT",
+    "mingw-w64.txt": "lib/libc/mingw/COPYING",
+}
 
 
 def this_machine() -> str:
     """System and processor, as in `binaries_of`."""
-    return " ".join((platform.system(), platform.machine()))
+    return f"{platform.system()} {platform.machine()}"
 
 
 def binaries_of(files: Mapping[str, bytes]) -> set[str]:
     """The machines for which an FMU has binaries, from its files by name."""
-    machines: dict[str, set[str]] = {}
-    for target in TARGETS:
-        for folder in target.folders.values():
-            machines.setdefault(folder, set()).add(" ".join(target.machine))
     found: set[str] = set()
     for name, data in files.items():
-        if name.startswith("binaries/"):
-            folder = name.split("/")[1]
+        if not name.startswith("binaries/"):
+            continue
+        folder = name.split("/")[1]
+        if folder == "linux64" and data[18:20] == b"\xb7\0":
             # Where `here` puts it; the machine of an ELF file.
-            arm = folder == "linux64" and data[18:20] == b"\xb7\0"
-            found |= {"Linux aarch64"} if arm else machines.get(folder, {folder})
+            found.add("Linux aarch64")
+        else:
+            known = {t.machine for t in TARGETS if folder in t.folders.values()}
+            found |= known or {folder}
     return found
 
 
 def pythonfmu_runs_here() -> bool:
     """Whether pythonfmu's runtime has a binary for this machine."""
-    folders = [t.folders.get(2, "none") for t in TARGETS if " ".join(t.machine) == this_machine()]
+    folders = [t.folders.get(2, "none") for t in TARGETS if t.machine == this_machine()]
     binaries = importlib.resources.files("pythonfmu") / "resources" / "binaries"
     return any((binaries / folder).is_dir() for folder in folders)
 
@@ -145,11 +145,17 @@ def files(builder: Builder, here: bool = False) -> dict[str, bytes]:
     made["modelDescription.xml"] = _describe(builder, token)
     if fmi == 3:
         made["sources/buildDescription.xml"] = _BUILD_DESCRIPTION.format(model=model).encode()
-    made |= builder.documents([_in_words(target) for target in targets])
-    made |= dict(_binaries(targets, fmi, model, sources))
+    made |= builder.documents([target.words for target in targets])
+    libraries: dict[str, list[bytes]] = {}
+    for target in targets:
+        path = f"binaries/{target.folders[fmi]}/{model}{target.suffix}"
+        libraries.setdefault(path, []).append(_library(target, sources, model))
+    made |= {path: _universal(images) for path, images in libraries.items()}
     made["documentation/licenses/license.txt"] = project_license()
     made["documentation/licenses/fmi-headers.txt"] = _comment(sources[_HEADERS[fmi][0]])
-    made |= {f"documentation/licenses/{name}": data for name, data in _notices(targets)}
+    if (zig := ziglang()) and any(target.suffix == ".dll" for target in targets):
+        for name, file in _NOTICES.items():
+            made[f"documentation/licenses/{name}"] = (zig / file).read_bytes()
     return made | {SUMS: checksums(made)}
 
 
@@ -162,24 +168,14 @@ def guid(builder: Builder) -> str:
 
 
 def _describe(builder: Builder, token: str) -> bytes:
+    """The model description: without Model Exchange."""
+    others: dict[str, object] = {}
+    if builder.fmi == 3:
+        outputs = builder.tables["structure"]["Output"]
+        others = {"unsolved": (), "derivatives": {}, "dependencies": {}}
+        others["structure"] = {"Output": outputs, "InitialUnknown": outputs}
     tool = f"golf-impact {golf_physics.__version__} (native)"
-    others = _co_simulation(builder)
     return builder.describe(sources=["all.c"], tool=tool, token=token, **others)
-
-
-def _in_words(target: Target) -> str:
-    system, processor = target.machine
-    processor = {"AMD64": "x86_64", "arm64": "aarch64"}.get(processor, processor)
-    return f"{system.replace('Darwin', 'macOS')} {processor}"
-
-
-def _co_simulation(builder: Builder) -> dict[str, object]:
-    """What a model description without Model Exchange has instead."""
-    if builder.fmi == 2:
-        return {}
-    outputs = builder.tables["structure"]["Output"]
-    structure = {"Output": outputs, "InitialUnknown": outputs}
-    return {"unsolved": (), "derivatives": {}, "dependencies": {}, "structure": structure}
 
 
 def _sources(builder: Builder, token: str) -> dict[str, bytes]:
@@ -227,7 +223,7 @@ def ziglang() -> Path | None:
 
 def fewer_platforms() -> str:
     """This machine's platform, if a native FMU that is built here is for that alone; else empty."""
-    return "" if ziglang() else f"{platform.system()} {platform.machine()}"
+    return "" if ziglang() else this_machine()
 
 
 def advice() -> str:
@@ -235,24 +231,13 @@ def advice() -> str:
     return f"ziglang {ZIGLANG} compiles for all platforms: {install_command('native')}"
 
 
-def _binaries(
-    targets: Iterable[Target], fmi: int, model: str, sources: dict[str, bytes]
-) -> Iterator[tuple[str, bytes]]:
-    """Libraries by their names in the FMU."""
-    made: dict[str, dict[str, bytes]] = {}
-    for target in targets:
-        path = f"binaries/{target.folders[fmi]}/{model}{target.suffix}"
-        made.setdefault(path, {})[target.machine[1]] = _library(target, sources, model)
-    for path, slices in made.items():
-        yield path, mach_o.universal(slices) if len(slices) > 1 else next(iter(slices.values()))
-
-
 def _targets(fmi: int, here: bool) -> list[Target]:
     if ziglang() and not here:
         return [target for target in TARGETS if fmi in target.folders]
-    mine = [target for target in TARGETS if " ".join(target.machine) == this_machine()]
+    mine = [target for target in TARGETS if target.machine == this_machine()]
     if here:
-        mine = [t._replace(folders={2: f"{t.machine[0].lower()}64", **t.folders}) for t in mine]
+        folder = f"{platform.system().lower()}64"
+        mine = [target._replace(folders={2: folder, **target.folders}) for target in mine]
     if mine and fmi not in mine[0].folders:
         raise NativeError(f"--native is refused for FMI 2.0 on {this_machine()}: use --fmi 3")
     if not mine or (ziglang() is None and shutil.which(_cc()) is None):
@@ -269,38 +254,56 @@ def _cc() -> str:
 
 def _library(target: Target, sources: dict[str, bytes], model: str) -> bytes:
     """The library for a platform."""
-    zig = ziglang()
-    command = [sys.executable, "-m", "ziglang", "cc", "-target", target.zig] if zig else [_cc()]
+    command = [*ZIG_CC, "-target", target.zig] if ziglang() else [_cc()]
     out = f"{model}{target.suffix}"
-    command += [*_FLAGS, "all.c", "-o", out]
+    command += [*_FLAGS, "all.c"]
     if target.suffix != ".dll":
         command += ["-fPIC", "-lm"]
     if target.suffix == ".dylib":
-        # Otherwise it is the folder of this build; and room for the signature's load command.
-        command += [f"-Wl,-install_name,@rpath/{out}", "-Wl,-headerpad,0x100"]
+        # Otherwise it is the folder of this build.
+        command += [f"-Wl,-install_name,@rpath/{out}"]
+    try:
+        made = compiled(command, sources, out)
+    except NativeError as error:
+        errors = [line for line in str(error).splitlines() if "error" in line]
+        why = errors[0] if errors else "without a message"
+        text = f"--native: {command[0]} fails on all.c for {target.zig}: {why}"
+        raise NativeError(text) from error
+    return _timeless(made) if target.suffix == ".dll" else made
+
+
+def compiled(command: list[str], sources: dict[str, bytes], out: str) -> bytes:
+    """What a compiler makes of sources; NativeError with its messages if it fails."""
     with scratch(sources) as folder:
         # zig keeps what it has compiled below the home folder.
         env = {"HOME": tempfile.gettempdir(), **os.environ}
-        done = subprocess.run(command, cwd=folder, env=env, capture_output=True, text=True)
+        done = subprocess.run(
+            [*command, "-o", out], cwd=folder, env=env, capture_output=True, text=True
+        )
         if done.returncode:
-            errors = [line for line in done.stderr.splitlines() if "error" in line]
-            why = errors[0] if errors else "without a message"
-            raise NativeError(f"--native: {command[0]} fails on all.c for {target.zig}: {why}")
-        made = (folder / out).read_bytes()
-    if target.suffix == ".dylib" and zig:
-        return mach_o.signed(made, out)
-    return _timeless(made) if target.suffix == ".dll" else made
+            raise NativeError(done.stderr.strip())
+        return (folder / out).read_bytes()
+
+
+def _universal(images: list[bytes]) -> bytes:
+    """One library of those for several machines, x86_64 first.
+
+    The structures are in Apple's mach-o/fat.h.
+    """
+    if len(images) == 1:
+        return images[0]
+    alignment = 14
+    head, body = struct.pack(">2I", 0xCAFEBABE, len(images)), b""
+    for image in images:
+        body += bytes(-len(body) % (1 << alignment))
+        offset = (1 << alignment) + len(body)
+        head += struct.pack(">2I", *struct.unpack_from("<2I", image, 4))
+        head += struct.pack(">3I", offset, len(image), alignment)
+        body += image
+    return head.ljust(1 << alignment, b"\0") + body
 
 
 def _timeless(dll: bytes) -> bytes:
     """A library for Windows without the time of its build, in the header at the offset in 0x3c."""
     time = int.from_bytes(dll[0x3C:0x40], "little") + 8
     return dll[:time] + bytes(4) + dll[time + 4 :]
-
-
-def _notices(targets: Iterable[Target]) -> Iterator[tuple[str, bytes]]:
-    """Licences of what zig links, by name."""
-    zig = ziglang()
-    for target in targets if zig else ():
-        for name, file in target.notices.items():
-            yield name, (zig / file).read_bytes()  # type: ignore[operator]

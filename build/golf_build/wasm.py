@@ -4,15 +4,11 @@
 page has them. The same sources make the same bytes on every machine: ziglang is pinned.
 """
 
-import os
-import subprocess
-import sys
-import tempfile
 from pathlib import Path
 
-from golf_build.archive import scratch, whole
+from golf_build.archive import whole
 from golf_build.extras import install_command
-from golf_build.native import ZIGLANG, ziglang
+from golf_build.native import ZIG_CC, ZIGLANG, NativeError, compiled, ziglang
 from golf_build.native_header import header
 from golf_build.packaging import fmu_source
 
@@ -32,30 +28,19 @@ _NOTICES = {
 }
 
 
-class WasmError(Exception):
-    """The WebAssembly can't be built here; the message says what is missing."""
-
-
 def build() -> dict[str, bytes]:
     """Compile page.c; returns the files physics.wasm and physics.txt, its notices, by name.
 
     Raises:
-        WasmError: ziglang is missing or of another version, or fails.
+        NativeError: ziglang is missing or of another version, or fails.
     """
     zig = ziglang()
     if zig is None:
         needs = f"the page's WebAssembly needs ziglang {ZIGLANG} for its bytes"
-        raise WasmError(f"{needs}: {install_command('native')}")
+        raise NativeError(f"{needs}: {install_command('native')}")
     sources = {file.name: file.read_bytes() for file in fmu_source("native").glob("*.[ch]")}
     sources["variables.h"] = header(2, "", {}).encode()
-    command = [sys.executable, "-m", "ziglang", "cc", *_FLAGS, "page.c", "-o", "physics.wasm"]
-    with scratch(sources) as folder:
-        # zig keeps what it has compiled below the home folder.
-        env = {"HOME": tempfile.gettempdir(), **os.environ}
-        done = subprocess.run(command, cwd=folder, env=env, capture_output=True, text=True)
-        if done.returncode:
-            raise WasmError(f"zig fails on page.c: {done.stderr.strip()}")
-        wasm = (folder / "physics.wasm").read_bytes()
+    wasm = compiled([*ZIG_CC, *_FLAGS, "page.c"], sources, "physics.wasm")
     notices = (f"{name}\n\n{(zig / file).read_text()}" for name, file in _NOTICES.items())
     return {"physics.wasm": wasm, "physics.txt": "\n\n".join(notices).encode()}
 
