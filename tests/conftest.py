@@ -1,38 +1,25 @@
 """Fixtures for all tests: the built FMUs, and tables of reference cases."""
 
-import importlib.util
-import json
 import os
 import shutil
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
 import fmpy
 import pytest
-from command import run_python
 from filelock import FileLock
-from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import fmi2Discard, fmi2Error
-from fmus import discard, get, initialize, is_set, make_instance, put
 from hypothesis import HealthCheck, settings
 
 from golf_build import native
 from golf_build.packaging import packaged
 from golf_build.system import COMPANIONS
 from golf_build.system import build as build_system
-from golf_impact.doctor import find_libpython_for
-from golf_impact.errors import UserError, first_line
 from golf_impact.fmu import builder_of
-from golf_impact.runs import ImpactRuns, Named
 
-pytest_plugins = ["companions", "ways"]
+pytest_plugins = ["companions", "impact_fmu", "programs", "ways"]
 
 HERE = Path(__file__).resolve().parent
-
-#: FMI's C headers.
-HEADERS = Path(fmpy.__file__).parent / "c-code"
 
 #: s; with the defaults.
 LAW_2_CONTACT = 6.010445569987614e-4
@@ -117,10 +104,6 @@ def pytest_collection_modifyitems(config, items):
     items[:] = kept
 
 
-#: Tasks of the C host with an instance, and their arguments; each ends with the impact of LAW_1.
-HOST_TASKS = [("migrate",), ("gone", "50"), ("fork",)]
-
-
 @pytest.fixture(scope="session", autouse=True)
 def _temporary(tmp_path_factory):
     """What tools, and processes that are killed, leave behind goes where pytest cleans up."""
@@ -195,164 +178,6 @@ def system_files(once):
 def extracted(fmu_path, tmp_path_factory):
     """The FMU's folder."""
     return fmpy.extract(str(fmu_path), str(tmp_path_factory.mktemp("extracted")))
-
-
-class ImpactFmu(ImpactRuns):
-    """ClubBallImpact.fmu for FMI 2.0, in one instance for any number of runs.
-
-    For use in a `with` block.
-
-    Attributes:
-        slave: the instance; see `make_instance`.
-        messages: of its logger, since the last `start`.
-    """
-
-    def __init__(self, path):
-        self.slave = make_instance(fmpy.extract(str(path)), loggingOn=True)
-        self.variables, self.messages = self.slave.variables, self.slave.messages
-        self.description = self.slave.description
-        kinds = ("output", "Real")
-        self.real_outputs = [
-            name for name, v in self.variables.items() if (v.causality, v.type) == kinds
-        ]
-        # Restoring it is far cheaper than a reset, which makes a new Python object.
-        self._initial = self.slave.getFMUstate()
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *error):
-        self.slave.freeFMUstate(self._initial)
-        discard(self.slave)
-
-    def default(self, name):
-        """The start value of an input or parameter."""
-        return float(self.variables[name].start)
-
-    def references(self, names):
-        return [self.slave.references[name] for name in names]
-
-    def begin_run(self, values):
-        """Begin a run with these inputs and parameters (SI units); refusals are messages."""
-        self.slave.setFMUstate(self._initial)
-        initialize(self.slave)
-        self.set(values)
-        try:
-            self.slave.exitInitializationMode()
-        except FMICallException as error:
-            if error.status != fmi2Error or not self.messages:
-                raise
-
-    def start(self, **values):
-        """Begin a run with these inputs and parameters; UserError if they are refused."""
-        self.messages.clear()
-        self.begin_run(values)
-        if self.messages:
-            raise UserError(self.messages[0])
-
-    def set(self, values):
-        """Set inputs and parameters (SI units)."""
-        put(self.slave, **values)
-
-    def step(self, point, size):
-        """Make a communication step of `size` s from `point`, s; UserError if it is discarded."""
-        try:
-            self.slave.doStep(point, size)
-        except FMICallException as error:
-            if error.status != fmi2Discard:
-                raise
-            raise UserError(self.messages[-1] if self.messages else first_line(error)) from error
-
-    def read(self, names):
-        """Values of Real variables at this communication point, by name (SI units)."""
-        return Named(zip(names, get(self.slave, *names), strict=True))
-
-    def read_flag(self, name):
-        return is_set(self.slave, name)
-
-
-@pytest.fixture(scope="session")
-def _loaded(fmu_path):
-    with ImpactFmu(fmu_path) as fmu:
-        yield fmu
-
-
-@pytest.fixture
-def fmu(_loaded):
-    """One instance for all tests; each begins a new run."""
-    _loaded.messages.clear()
-    return _loaded
-
-
-@pytest.fixture(scope="session")
-def compiled(extracted, tmp_path_factory):
-    """A function that compiles a file of tests/hosts/native_host and gives the program's path."""
-    compiler = shutil.which("cc") or shutil.which("gcc")
-    if compiler is None:
-        pytest.skip("there is no C compiler on this machine")
-    folder = tmp_path_factory.mktemp("compiled")
-    variables = fmpy.read_model_description(extracted).modelVariables
-    macros = [f"-DVR_{v.name}={v.valueReference}" for v in variables]
-    flags = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-O1", f"-I{HEADERS}", *macros]
-
-    def compiled(name, *options, by=(compiler,), libraries=("-ldl", "-pthread", "-lm"), suffix=""):
-        program = folder / f"{name}{suffix}"
-        if not program.exists():
-            source = HERE / "hosts" / "native_host" / f"{name}.c"
-            subprocess.run([*by, *flags, *options, source, "-o", program, *libraries], check=True)
-        return program
-
-    return compiled
-
-
-@pytest.fixture(scope="session")
-def freed(compiled):
-    """A library to preload: access to pythonfmu's state after it is freed ends the process."""
-    if sys.platform != "linux":
-        pytest.skip("the library is of another kind there")
-    return compiled("freed", "-shared", "-fPIC")
-
-
-@pytest.fixture(scope="session")
-def libpython(fmu_path):
-    """A libpython that a native host can load the FMU with."""
-    file = find_libpython_for(fmu_path)
-    if file is None:
-        pytest.skip("there is no shared libpython on this machine")
-    return file
-
-
-@pytest.fixture
-def no_figure_stays_open():
-    yield
-    import matplotlib.pyplot as plt
-
-    plt.close("all")
-
-
-def require(tool):
-    """Skip without this importer of the extra interop."""
-    if importlib.util.find_spec(tool) is None:
-        pytest.skip(f"{tool} isn't installed (pip install golf-impact[interop])")
-    if tool == "ecospy":
-        loads = subprocess.run([sys.executable, "-c", "import ecospy.lib"], capture_output=True)
-        if loads.returncode:
-            pytest.skip("ecospy can't be loaded: apt-get install libtbb12")
-
-
-def run_importer(tool, code, names, *given):
-    """The values of `names` that a program of another importer finds, in a process of its own.
-
-    Native libraries don't all like each other. The program has `names` and `given`, and sets
-    `values`.
-    """
-    require(tool)
-    prelude = "import json, sys\nnames, *given = json.loads(sys.argv[1])\n"
-    program = f'{prelude}{code}\nprint("values", json.dumps(list(values)))'
-    done = run_python(program, json.dumps([names, *given]), timeout=900)
-    # libcosim writes its log to stdout as well.
-    (line,) = (text for text in done.stdout.splitlines() if text.startswith("values "))
-    return dict(zip(names, json.loads(line.removeprefix("values ")), strict=True))
 
 
 def require_native():

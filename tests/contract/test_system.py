@@ -11,9 +11,10 @@ import fmpy
 import numpy as np
 import pytest
 from compare import assert_close
-from conftest import run_importer, some
+from conftest import some
 from fmpy.fmi1 import FMICallException
 from fmus import get, get_all, put, with_checksum
+from programs import run_importer
 from scipy.integrate import solve_ivp
 
 from golf_build.system import DRIVE

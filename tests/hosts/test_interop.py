@@ -16,8 +16,9 @@ import fmpy
 import pytest
 from command import ROOT, run
 from compare import assert_close
-from conftest import CRITERIA, EXPECTED, HERE, require, run_importer
+from conftest import CRITERIA, EXPECTED, HERE
 from fmus import begin, discard, get, make_instance
+from programs import require, run_importer
 
 STEPS = (1e-3, 1e-4, 1e-6)
 STOP = 0.005

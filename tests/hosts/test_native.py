@@ -15,11 +15,12 @@ from pathlib import Path
 import fmpy
 import pytest
 from command import golf_here, outputs, refused, run
-from conftest import EXPECTED, HEADERS, HERE, HOST_TASKS, LAW_1, LAW_2_CONTACT, repeated, some
+from conftest import EXPECTED, HERE, LAW_1, LAW_2_CONTACT, repeated, some
 from fmpy.fmi1 import FMICallException
 from fmus import make_instance
 from golf_physics.component.component import Component
 from golf_physics.variables import VARIABLES
+from programs import HEADERS, HOST_TASKS
 
 import golf_impact.fmu
 from golf_build import native

@@ -6,7 +6,8 @@ import fmpy
 import pytest
 from command import outputs
 from compare import assert_close
-from conftest import HOST_TASKS, LAW_1
+from conftest import LAW_1
+from programs import HOST_TASKS
 
 from golf_impact.commands import doctor
 from golf_impact.doctor import check_temporary_folder, run_here

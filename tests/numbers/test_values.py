@@ -11,11 +11,11 @@ from types import SimpleNamespace
 import pytest
 from compare import assert_within
 from components import initialized
-from conftest import ImpactFmu
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import fmi2Discard
 from hypothesis import assume, event, example, given
 from hypothesis import strategies as st
+from impact_fmu import ImpactFmu
 
 from golf_impact.arrays.impacts import ScalarImpacts
 from golf_impact.impact_checks import check
