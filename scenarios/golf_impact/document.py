@@ -7,7 +7,7 @@ end of contact; they differ by some tenths of a per cent from the exact solution
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from golf_impact.files import read_toml
 from golf_impact.quantities import QUANTITIES, derived, describe, format_percent
@@ -62,14 +62,12 @@ class Deviation(NamedTuple):
 _DATA = read_toml(Path(__file__).with_suffix(".toml"))
 
 #: Units, in SI units, of what isn't printed in SI units: µs and %.
-_SCALES = {"contact_time": 1e-6, "energy_efficiency": 0.01, "energy lost": 0.01}
+_SCALES = {"contact_time": 1e-6, "energy_efficiency": 0.01}
 
 
-def _printed(texts: Any) -> dict[str, Printed]:
-    if isinstance(texts, list):
-        names = next(n for n in (_DATA["of_a_case"], _DATA["of_a_row"]) if len(n) == len(texts))
-        texts = dict(zip(names, texts))
-    return {name: Printed(text, _SCALES.get(name, 1.0)) for name, text in texts.items()}
+def _printed(texts: list[str]) -> dict[str, Printed]:
+    names = next(n for n in (_DATA["of_a_case"], _DATA["of_a_row"]) if len(n) == len(texts))
+    return {name: Printed(text, _SCALES.get(name, 1.0)) for name, text in zip(names, texts)}
 
 
 #: The cases by name.
@@ -82,9 +80,8 @@ PARAMETERS = _DATA["parameters"]
 TABLE_1 = {name: float(printed) for name, _, printed, _ in PARAMETERS}
 USED = {name: float(used) for name, _, _, used in PARAMETERS}
 
-#: The figures of Roh & Lee (SI units), and the document's rough calculation with them.
+#: The figures of Roh & Lee (SI units).
 ROH_LEE = _DATA["roh_lee"]
-ENVELOPE = _printed(_DATA["envelope"])
 
 #: By case and quantity.
 NOT_REPRODUCED = {tuple(row.pop("at")): Deviation(**row) for row in _DATA["not_reproduced"]}

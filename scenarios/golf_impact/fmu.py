@@ -78,11 +78,9 @@ def current_fmu(name: str = "ClubBallImpact", fmi: int = 2) -> Path:
         MissingFileError: it doesn't run on this machine.
     """
     builder = builder_of(name, fmi)
-    if native.pythonfmu_runs_here():
-        return _current(builder)
-    if name != "ClubBallImpact":
-        raise MissingFileError(f"pythonfmu has no binary for {native.this_machine()}: no {name}")
-    return current_native(builder)
+    if name == "ClubBallImpact" and not native.pythonfmu_runs_here():
+        return current_native(builder)
+    return _current(builder)
 
 
 def current_native(builder: packaging.Builder = FMI2) -> Path:
@@ -106,12 +104,13 @@ def current_native(builder: packaging.Builder = FMI2) -> Path:
 
 def current_system() -> Path:
     """GolfSwing.ssp of the current sources, built if necessary; see `current_fmu`."""
-    if not native.pythonfmu_runs_here():
-        raise MissingFileError(f"pythonfmu has no binary for {native.this_machine()}: no SSP")
     return _current(system.SYSTEM)
 
 
 def _current(builder: packaging.Builder | system.System) -> Path:
+    if not native.pythonfmu_runs_here():
+        name = f"{builder.name}{builder.suffix}"
+        raise MissingFileError(f"pythonfmu has no binary for {native.this_machine()}: no {name}")
     path = default_path(builder)
     if (found := builder.guid_of(path)) == builder.guid():
         return path

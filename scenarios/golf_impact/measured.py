@@ -18,13 +18,13 @@ YARD = 0.9144
 #: One revolution per minute, rad/s.
 RPM = pi / 30.0
 
-PENNER = "A. R. Penner, Am. J. Phys. 69 (2001) 563 and Rep. Prog. Phys. 66 (2003) 131"
 ROH = "W.-J. Roh, C.-W. Lee, 14th Int. Congress on Sound and Vibration, finite elements"
 
 #: Directions without numbers: contact is shorter at higher club speed, longer with softer balls.
 LOUGHBOROUGH = "Roberts, Jones, Rothberg, Measurement of contact time (Loughborough University)"
 
-#: COR of ball and rigid club head: COR at zero speed, and slope -dCOR/dv, s/m.
+#: COR of ball and rigid club head: COR at zero speed, and slope -dCOR/dv, s/m (A. R. Penner, Am. J.
+#: Phys. 69 (2001) 563 and Rep. Prog. Phys. 66 (2003) 131).
 PENNER_AT_REST, PENNER_SLOPE = 0.86, 0.0029
 
 

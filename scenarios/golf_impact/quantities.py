@@ -111,11 +111,6 @@ def derived(
     }
 
 
-def label(metric: str) -> str:
-    """Name, symbol and unit of a metric; of one that isn't in the table, its name in the code."""
-    return QUANTITIES[metric].label if metric in QUANTITIES else metric
-
-
 def format_value(metric: str, value: float) -> str:
     """A metric's value (SI) in the unit of its label."""
     return QUANTITIES.get(metric, Quantity(metric)).format_value(value)
@@ -166,14 +161,3 @@ def format_options(values: Mapping[str, float]) -> str:
 def format_unit(unit: str | None) -> str:
     """A unit in usual notation, N·s for FMI's N.s; empty if there is none."""
     return "" if unit in (None, "", "1") else str(unit).replace(".", "·")
-
-
-def choose_prefix(unit: str | None, largest: float) -> tuple[float, str]:
-    """Factor and prefixed unit that bring the largest value (SI) to between 1 and 1000.
-
-    1e6 N/m is 1 MN/m; units that usually have no prefix get none.
-    """
-    if unit not in ("N", "N/m", "m", "s", "J") or not 0.0 < largest < math.inf:
-        return 1.0, format_unit(unit)
-    thousands = min(max(math.floor(math.log10(largest) / 3.0 + 1e-9), -3), 3)
-    return 10.0 ** (-3 * thousands), ("n", "µ", "m", "", "k", "M", "G")[thousands + 3] + unit

@@ -6,7 +6,7 @@ import pytest
 
 from golf_impact.document import Printed
 from golf_impact.measured import ROH_LEE_FIGURES
-from golf_impact.quantities import choose_prefix, format_with_error
+from golf_impact.quantities import format_with_error
 from golf_impact.scales import contact_scales
 
 #: As in test_meaning: μ = 0.04 kg, ω = 5000/s, a kinetic energy of 90 J.
@@ -88,20 +88,6 @@ def test_half_a_printed_digit(text, scale, half):
 )
 def test_a_value_and_its_error(value, error, text):
     assert format_with_error(value, error) == text
-
-
-@pytest.mark.parametrize(
-    ("unit", "largest", "expected"),
-    [
-        ("N/m", 1e6, (1e-6, "MN/m")), ("N/m", 999.0, (1.0, "N/m")),
-        ("N/m", 999_999.0, (1e-3, "kN/m")), ("s", 6e-4, (1e6, "µs")),
-        ("s", 1e-10, (1e9, "ns")), ("N", 1e13, (1e-9, "GN")), ("J", 0.0, (1.0, "J")),
-        ("m", math.inf, (1.0, "m")), ("m/s", 1e6, (1.0, "m/s")), ("N.s/m", 1e6, (1.0, "N·s/m")),
-    ],
-)  # fmt: skip
-def test_a_prefix(unit, largest, expected):
-    factor, text = choose_prefix(unit, largest)
-    assert (pytest.approx(factor), text) == expected
 
 
 def test_the_measured_ball_is_faster_than_the_club():

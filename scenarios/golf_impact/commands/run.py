@@ -105,26 +105,29 @@ def own_case(
 
     from golf_impact.quantities import QUANTITIES, derived, describe
     from golf_impact.results import Result
+    from golf_impact.runs import METRICS
 
-    cells: list[list[str]] = []
     result = Result("Your case" if len(balls) < 2 else "Your cases")
-    curves = {}
+    cells, curves = [], {}
     chosen: list[Ball | None] = [*balls] if balls else [None]
     for one in chosen:
         name = one.name if one and len(balls) > 1 else "custom"
         given = {**(one.values if one else {}), **values}
-        found = result.cases[name] = impact(**given)
-        shown = derived(found, given)
-        error = standard_errors(one, given) if one and one.covariance else {}
+        result.cases[name] = impact(**given)
+        shown, errors = derived(result.cases[name], given), {}
+        if one and one.covariance:
+            from golf_impact.calibration.intervals import result_intervals
+
+            errors = derived(result_intervals(one, given, METRICS), given, error=True)
+            result.words = "Intervals are 95 %, from the covariance in the ball's file."
         numbers = (
-            q.format_value(shown[n], 1.96 * error.get(n, 0.0)) for n, q in QUANTITIES.items()
+            q.format_value(shown[n], 1.96 * errors.get(n, 0.0)) for n, q in QUANTITIES.items()
         )
         cells.append([describe(given), *numbers])
         path = impact.trajectory(**given)
         columns: Any = [*path.values()]
-        result.trajectories[Path(name).stem] = np.rec.fromarrays(
-            columns, [(key, float) for key in path]
-        )
+        types = [(key, float) for key in path]
+        result.trajectories[Path(name).stem] = np.rec.fromarrays(columns, types)
         curves[f"{name}: {describe(given)}" if one else describe(given)] = path
     if figures:
         result.figures["force"] = plot_forces(curves)
@@ -132,8 +135,6 @@ def own_case(
     what = ", ".join(f"{name} = {value:g}" for name, value in values.items())
     title = f"{what or 'as in the ball'} (SI units)"
     result.tables.append((title, ["", *result.cases], [*zip(labels, *cells)]))
-    if any("±" in text for column in cells for text in column):
-        result.words = "Intervals are 95 %, from the covariance in the ball's file."
     if not balls and values.get("law", 1.0) == 1.0:
         result.words = (
             "This is law 1, the source document's, with its k and b unless they are set: a drag on "
@@ -156,15 +157,6 @@ def plot_forces(curves: "Mapping[str, Mapping[str, np.ndarray]]") -> "Figure":
         axes.set_ylim(0.0, None)
         axes.legend()
     return figure
-
-
-def standard_errors(ball: "Ball", given: Mapping[str, float]) -> dict[str, float]:
-    """Standard errors (SI units) of results with a calibrated ball, by quantity."""
-    from golf_impact.calibration.intervals import result_intervals
-    from golf_impact.quantities import derived
-    from golf_impact.runs import METRICS
-
-    return derived(result_intervals(ball, given, METRICS), given, error=True)
 
 
 def show(results: "Mapping[str, Result]") -> None:
