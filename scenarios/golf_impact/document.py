@@ -7,7 +7,7 @@ end of contact; they differ by some tenths of a per cent from the exact solution
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from golf_impact.files import read_toml
 from golf_impact.quantities import QUANTITIES, derived, describe, format_percent
@@ -65,9 +65,12 @@ _DATA = read_toml(Path(__file__).with_suffix(".toml"))
 _SCALES = {"contact_time": 1e-6, "energy_efficiency": 0.01}
 
 
-def _printed(texts: list[str]) -> dict[str, Printed]:
-    names = next(n for n in (_DATA["of_a_case"], _DATA["of_a_row"]) if len(n) == len(texts))
-    return {name: Printed(text, _SCALES.get(name, 1.0)) for name, text in zip(names, texts)}
+def _printed(texts: Any) -> dict[str, Printed]:
+    """Numbers by quantity; a list has those of a case or of a row of a table."""
+    if isinstance(texts, list):
+        names = next(n for n in (_DATA["of_a_case"], _DATA["of_a_row"]) if len(n) == len(texts))
+        texts = dict(zip(names, texts))
+    return {name: Printed(text, _SCALES.get(name, 1.0)) for name, text in texts.items()}
 
 
 #: The cases by name.
