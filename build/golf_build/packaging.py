@@ -19,6 +19,7 @@ from typing import Any, BinaryIO, NamedTuple
 from xml.etree import ElementTree
 
 import golf_physics
+from golf_physics.variables import Variable
 
 from golf_build.archive import SUMS, checksums, scratch, unpack, write_archive
 
@@ -97,9 +98,7 @@ class Builder(NamedTuple):
         suffix, model, runtime = self.digest()[:16], self.name.partition(".")[0], RUNTIMES[self.fmi]
         module = Path(self.sources[0]).stem
         package = f"golf_{'physics' if 'golf_physics' in self.sources else module}_{suffix}"
-        start = self.start
-        rows = [row._replace(start=start.get(row.name, row.start)) for row in self.tables["rows"]]
-        values = start if "laws" in self.tables else [tuple(row) for row in rows]
+        values = self.start if "laws" in self.tables else [tuple(row) for row in self._rows()]
         modules = {"__init__.py": b"", **_read(self.sources)}
         modules["__init__.py"] += f"VALUES = {values}\n".encode()
         tops = "|".join({name.partition("/")[0].removesuffix(".py") for name in modules})
@@ -122,10 +121,14 @@ class Builder(NamedTuple):
         files |= self.documents()
         return files | {SUMS: checksums(files)}
 
+    def _rows(self) -> list[Variable]:
+        """The variables with the start values of this FMU."""
+        start = self.start
+        return [row._replace(start=start.get(row.name, row.start)) for row in self.tables["rows"]]
+
     def _context(self, **others: Any) -> dict[str, Any]:
         """What the templates have, changed by `others`."""
-        runtime, start = RUNTIMES[self.fmi], self.start
-        rows = [row._replace(start=start.get(row.name, row.start)) for row in self.tables["rows"]]
+        runtime, rows = RUNTIMES[self.fmi], self._rows()
         version = importlib.metadata.version(runtime)
         context = self.tables | {
             "fmi": self.fmi,
@@ -136,8 +139,7 @@ class Builder(NamedTuple):
             "token": self.guid(),
             "version": golf_physics.__version__,
         }
-        context |= others
-        return context | {"references": {row.name: row.reference for row in context["rows"]}}
+        return context | {"references": {row.name: row.reference for row in rows}} | others
 
     def describe(self, **others: Any) -> bytes:
         """The model description; `others` change what its template has."""

@@ -137,10 +137,7 @@ class System:
 
     def digest(self) -> str:
         """SHA-256 digest of all sources."""
-        total = hashlib.sha256(self.structure())
-        for builder in self.builders().values():
-            total.update(builder.digest().encode())
-        return total.hexdigest()
+        return hashlib.sha256(self.guid().encode()).hexdigest()
 
     def guid(self) -> str:
         """A GUID of the sources, from which that in a file is computed as well."""

@@ -57,7 +57,9 @@ def packed(version: str, value: Any) -> bytes:
     return body + f", {crc32(body)}]".encode()
 
 
-def unpacked(version: str, data: bytes, classes: Iterable[type], check: Callable) -> Any:
+def unpacked(
+    version: str, data: bytes, classes: Iterable[type], check: Callable[[type, list[Any]], None]
+) -> Any:
     """The value that became these bytes; None if they are damaged or of another version.
 
     Objects are made by these classes alone, from arguments of the annotated types, and after

@@ -141,7 +141,7 @@ class Approach(Impact):
     _at_touch: tuple[Touch, Motion] | None
 
     @property
-    def arguments(self) -> tuple:
+    def arguments(self) -> tuple[Any, ...]:
         motion = self.motion
         start = motion.x_ball, motion.compression, self.compression_low
         return self.parameters, motion.v_club, self.begin, *start

@@ -12,6 +12,9 @@ from ..variables import Variable
 #: It changes with the layout of a state.
 _VERSION = "golf-impact companion 3"
 
+#: Values by the names of their attributes.
+State = dict[str, Any]
+
 
 class Companion(FmiComponent):
     """A component whose variables are its attributes.
@@ -34,7 +37,7 @@ class Companion(FmiComponent):
         def __getattr__(self, name: str) -> Any:
             """The variables."""
 
-    def __init__(self, rows: Iterable[tuple], report: Callable[[Refusal], Any]) -> None:
+    def __init__(self, rows: Iterable[tuple[Any, ...]], report: Callable[[Refusal], Any]) -> None:
         super().__init__(report)
         variables = [Variable(*row) for row in rows]
         for row in variables:
@@ -50,7 +53,7 @@ class Companion(FmiComponent):
         values = {row.name: float if row.type == "Real" else bool for row in variables}
         return {**modes, "_illegal": tuple[Refusal, ...], **cls.inside, **values}
 
-    def set_values(self, references: list[int], values: list, type_: str = "Real") -> None:
+    def set_values(self, references: list[int], values: list[Any], type_: str = "Real") -> None:
         """Set inputs and parameters that the host takes for this type; refused ones keep theirs."""
         for reference, value in zip(references, values):
             row = self._accepted(reference, value, type_)
@@ -63,7 +66,7 @@ class Companion(FmiComponent):
     def _value(self, row: Variable) -> Any:
         return getattr(self, row.name)
 
-    def discretes(self, references: list[int], type_: str) -> list:
+    def discretes(self, references: list[int], type_: str) -> list[Any]:
         """Values of variables of this type."""
         rows = [self._rows.get((type_, reference)) for reference in references]
         unknown = self.unknown(type_) if None in rows else nan
@@ -93,11 +96,11 @@ class Companion(FmiComponent):
     def _step(self, point: float, size: float) -> Refusal | None:
         raise NotImplementedError
 
-    def snapshot(self) -> dict:
+    def snapshot(self) -> State:
         """Everything, for `restore` in any instance of this process."""
         return {name: getattr(self, name) for name in self._state_names}
 
-    def restore(self, state: dict | None) -> None:
+    def restore(self, state: State | None) -> None:
         """Go back to a snapshot: the instance is then exactly as it was."""
         if state is None or tuple(state) != self._state_names:
             self._refuse_call("a state that this FMU didn't make is refused; it has no effect")
@@ -108,13 +111,13 @@ class Companion(FmiComponent):
         self.steps += 1
 
     @staticmethod
-    def packed(state: dict | None) -> bytes:
+    def packed(state: State | None) -> bytes:
         """A snapshot as bytes, for another process."""
         # A motion is computed again from its initial values.
         return codec.packed(_VERSION, state) if state else b""
 
     @classmethod
-    def unpacked(cls, data: bytes, rows: Iterable[tuple]) -> dict | None:
+    def unpacked(cls, data: bytes, rows: Iterable[tuple[Any, ...]]) -> State | None:
         """The snapshot that became these bytes, or None if they are none of this component's."""
         variables = [Variable(*row) for row in rows]
         types, classes = cls._types(variables), (Refusal, *cls.classes)

@@ -75,8 +75,8 @@ class Component(FmiComponent):
         self._requested, self._pick = self.reading((), "Real")
         #: The values of the last restored state while its parameters haven't been set; and those
         #: from which an initialization ended, with its approach.
-        self._restored_values: tuple | None = None
-        self._last_start: tuple[tuple | None, Any] = None, None
+        self._restored_values: tuple[float, ...] | None = None
+        self._last_start: tuple[tuple[float, ...] | None, Any] = None, None
 
     def _run(self, impact: Any, inputs: Inputs | None, begin: Instant, size: float) -> None:
         """Steps of this size (s; 0: none yet) from an instant on, with this impact and inputs.
@@ -220,7 +220,7 @@ class Component(FmiComponent):
             return impact if same else impact.with_speed(club_speed, instant)
         return self.impact().changed(inputs, instant)
 
-    def set_values(self, references: list[int], values: list, type_: str = "Real") -> None:
+    def set_values(self, references: list[int], values: list[Any], type_: str = "Real") -> None:
         """Set inputs and parameters that the host takes for this type; refused ones keep theirs."""
         for reference, value in zip(references, values):
             # Inputs first: a host may set them at every step.
@@ -267,7 +267,7 @@ class Component(FmiComponent):
             now = self._now = motion(t) if since < t < until else self._evaluate()
         return now
 
-    def discretes(self, references: list[int], type_: str) -> list:
+    def discretes(self, references: list[int], type_: str) -> list[Any]:
         """Values of variables of another type ("Enumeration", "Boolean")."""
         _, pick = self.reading(tuple(references), type_)
         try:

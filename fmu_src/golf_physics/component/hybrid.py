@@ -76,7 +76,7 @@ class HybridComponent(Component):
             self.start_time = self.origin
         return problem
 
-    def set_values(self, references: list[int], values: list, type_: str = "Real") -> None:
+    def set_values(self, references: list[int], values: list[Any], type_: str = "Real") -> None:
         super().set_values(references, values, type_)
         inputs = Inputs(*self.values[:INPUTS])
         solved = self._solved

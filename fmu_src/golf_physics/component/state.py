@@ -64,7 +64,7 @@ def _check(class_: type, arguments: Any) -> None:
         right &= INSTANTIATED <= state.mode <= TERMINATED and abs(state.begin[0]) < _LATEST
         right &= min(state.size, state.steps) >= 0.0 and state.size * state.steps < _LATEST
         if impact is None or inputs is None:
-            right &= impact is inputs is None and state.mode != STEPPING
+            right &= impact is None and inputs is None and state.mode != STEPPING
         elif not isinstance(impact, SolvedImpact):
             right &= _in_bounds(*inputs, *impact.parameters)
             right = right and conflict(impact.parameters, inputs) is None

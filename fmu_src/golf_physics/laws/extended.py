@@ -116,7 +116,7 @@ class ExtendedContact(ContactPhase):
 
         matrix = (_ZERO, 1, _ZERO), (-omega_squared, -alpha, beta), (_ZERO, delta, -gamma)
 
-        def shifted(x: Sequence[Any], rate: Decimal) -> list:
+        def shifted(x: Sequence[Any], rate: Decimal) -> list[Any]:
             """(A + rate) x."""
             d, w, mean = x
             return [a * d + b * w + c * mean + rate * e for (a, b, c), e in zip(matrix, x)]

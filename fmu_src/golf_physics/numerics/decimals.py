@@ -4,6 +4,7 @@ from collections.abc import Callable
 from decimal import MAX_EMAX, MIN_EMIN, Context, Decimal, localcontext
 from functools import cache
 from math import perm
+from typing import Any
 
 #: π to 130 digits.
 PI = Decimal(
@@ -21,7 +22,7 @@ _VANISHED = Decimal(MIN_EMIN)
 
 
 @cache
-def arithmetic(digits: int) -> tuple[Callable, Callable, Callable]:
+def arithmetic(digits: int) -> tuple[Callable[..., Any], ...]:
     """Of decimals with so many digits, at most 120: a context manager under which they have them;
     e^x and cosine and sine of an angle (rad), to be called under it.
     """
