@@ -22,6 +22,7 @@ from golf_physics.variables import BY_NAME, VARIABLES
 
 import golf_impact
 from golf_build import native
+from golf_build.system import COMPANIONS
 from golf_impact.fmu import builder_of
 from golf_impact.runs import FLAGS, METRICS
 
@@ -252,7 +253,7 @@ def fmu_file(once, name):
 
 
 @pytest.fixture(scope="session")
-def way_of(once, tmp_path_factory):
+def way_of(once, system_files, tmp_path_factory):
     """A function that makes the way of a name, once; FMUs skip where they can't be built."""
     made = {}
 
@@ -261,6 +262,9 @@ def way_of(once, tmp_path_factory):
             if name in FMUS:
                 path = fmu_file(once, name)
                 made[name] = InFmu(fmpy.extract(str(path), str(tmp_path_factory.mktemp("way"))))
+            elif name in COMPANIONS:
+                (path,) = (file for file in system_files() if file.stem == name)
+                made[name] = InFmu(fmpy.extract(str(path), str(tmp_path_factory.mktemp(name))))
             elif name == "page":
                 made[name] = Page(tmp_path_factory.mktemp("page"))
             else:
@@ -282,6 +286,12 @@ def stepped_way(request, way_of):
 @pytest.fixture(params=_plain(FMUS))
 def fmu_way(request, way_of):
     """Each FMU."""
+    return way_of(request.param)
+
+
+@pytest.fixture(params=_plain([*FMUS, *COMPANIONS]))
+def any_fmu(request, way_of):
+    """Each FMU, those of the companions as well: of these no output is read by default."""
     return way_of(request.param)
 
 

@@ -1,246 +1,326 @@
-"""Messages to hosts and recovery: refused values, refused calls, damaged states, Ctrl-C."""
+"""What FMUs refuse: the message, no effect, no step until it is corrected; Ctrl-C in a host."""
 
 import ctypes
-import json
-from contextlib import contextmanager, nullcontext
-from random import Random
+import math
+from contextlib import suppress
 
 import fmpy
+import fmus
 import pytest
 from command import run_python
-from conftest import HERE, repeated, some
+from conftest import HERE, repeated
 from fmpy.fmi1 import FMICallException
-from fmus import begin, discard, logging_to, make_instance, mutated, put, with_checksum
+from ways import FMUS, fmu_file
+
+NAN, INF = math.nan, math.inf
+
+#: By model: variables, values that are refused, and the range that the message names.
+REFUSED = {
+    "ClubBallImpact": [
+        *(("k", value, "> 0") for value in (0.0, -1.0, NAN, INF)),
+        ("b", -1e-9, ">= 0"),
+        *(("club_speed", value, "finite") for value in (NAN, INF)),
+        ("club_force", -INF, "finite"),
+        ("m_club", 0.0, "> 0"),
+        ("m_ball", -0.1, "> 0"),
+        ("ball_diameter", 0.0, "> 0"),
+        ("ball_speed", -INF, "finite"),
+        ("gap", -1e-9, ">= 0"),
+        ("exponent", 0.5, "between 1 and 12"),
+        ("reference_compression", 0.0, "> 0"),
+        ("restitution_at_rest", 1.5, "between 0 and 1"),
+        ("restitution_slope", -1e-9, ">= 0"),
+        ("law", 3, "1 (absolute) or 2 (relative)"),
+    ],
+    "Swing": [
+        ("club_mass", -1.0, "1e-06 to 1000"),
+        ("impulse", NAN, ""),
+    ],
+    "Launch": [
+        ("friction", -1.0, "0 to 1e+09"),
+        ("ball_velocity", INF, ""),
+    ],
+    "BallFlight": [
+        ("m_ball", 0.0, "1e-06 to 1000"),
+        ("backspin", 1e9, "-10000 to 10000"),
+    ],
+}  # fmt: skip
 
 
-@pytest.fixture(scope="module")
-def fmus(fmu_path, fmi3_path, request, system_files):
-    """Every FMU; ClubBallImpact plain, or native with --native."""
-    *companions, _ = system_files()
-    named = {file.name.split(".")[0]: file for file in companions}
-    return {"fmi2": fmu_path, "fmi3": fmi3_path, **named}
+def set_anyway(way, **values):
+    """The native FMU returns Error for some that the others only refuse."""
+    with suppress(FMICallException):
+        way.set(**values)
 
 
-BAD = {
-    "fmi2": ("k", -1.0, "> 0"),
-    "fmi3": ("k", -1.0, "> 0"),
-    "Swing": ("club_mass", -1.0, "1e-06 to 1000"),
-    "Launch": ("friction", -1.0, "0 to 1e+09"),
-    "BallFlight": ("m_ball", 0.0, "1e-06 to 1000"),
-}
+def end(way, *sizes):
+    """All variables after further steps."""
+    for size in sizes:
+        assert way.step(size), way.messages
+    return repr(fmus.get_all(way.slave))
 
 
-# Refused values
+def check_recovery(way, name, good, begun):
+    """After the refusal of a value: nothing has changed, and once corrected all goes on."""
+    variable = way.slave.variables[name]
+    read = getattr(way.slave, f"get{way.slave.types[name]}")
+    assert read([variable.valueReference]) == [good]
+    for _ in range(2):
+        assert not way.step(1e-4), "refused until corrected"
+        assert f"steps are refused until this is corrected: {name} = " in way.messages[-1]
+    way.set(**{name: good})
+    assert end(way, 1e-4, 0.4) == begun
 
 
-def simulate(fmu, start, **options):
-    """What `simulate_fmu` prints, on stdout and on stderr, and the exception if there is one."""
-    program = """
-import fmpy, json, sys
-fmu, start, options = json.loads(sys.argv[1])
-try:
-    fmpy.simulate_fmu(fmu, start_values=start, stop_time=0.01, step_size=1e-3, **options)
-except Exception as error:
-    print(error)
-"""
-    given = json.dumps([str(fmu), start, options])
-    done = run_python(program, given)
-    return done.stdout, done.stderr
+def test_values(any_fmu):
+    """Before the run, and those of inputs in it as well."""
+    way, model = any_fmu, any_fmu.slave.description.modelName
+    for name, value, allowed in REFUSED[model]:
+        variable = way.slave.variables[name]
+        good = int(variable.start) if name == "law" else float(variable.start)
+        places = [()] if variable.causality == "parameter" else [(), (1e-4, 1e-4)]
+        for before in places:
+            way.begin()
+            undisturbed = end(way, *before, 1e-4, 0.4)
+            if before:
+                way.begin()
+                end(way, *before)
+                set_anyway(way, **{name: value})
+            else:
+                way.begin({name: value})
+            assert f"{name} = {value}" in way.messages[0]
+            assert allowed in way.messages[0]
+            check_recovery(way, name, good, undisturbed)
 
 
-@pytest.mark.parametrize("name", some(3, ["fmi2", "Swing", "fmi3", "Launch", "BallFlight"]))
-def test_a_refused_start_value_is_seen(fmus, request, is_native, name):
-    """By default, and with logging on by the logger alone; nothing about accepted values."""
-    variable, value, allowed = BAD[name]
-    out, err = simulate(fmus[name], {variable: value})
-    (seen,) = {line for line in (out + err).splitlines() if f"{variable} = {value} " in line} - {
-        line for line in out.splitlines() if "steps are refused" in line
-    }
-    assert "is refused: it must be" in seen
-    assert allowed in seen
-    if request.config.getoption("--native") and name in ("fmi2", "fmi3"):
-        # By the host's logger, and the run ends there.
-        assert "ExitInitializationMode failed with status 3 (error)" in out
-        assert err == ""
-    elif name == "fmi3":
-        # pythonfmu3 forwards errors even if logging is off.
-        assert err == ""
-    else:
-        # Once, though every step is refused for it.
-        assert (out, err) == ("", f"{fmus[name].stem}: {seen.partition(': ')[2]}\n")
-    out, err = simulate(fmus[name], {variable: value}, debug_logging=True)
-    assert f"{variable} = {value}" in out
-    assert err == ""
-    assert simulate(fmus[name], {variable: 0.4}) == ("", "")
+def test_parameters_that_are_set_after_initialization(any_fmu):
+    """Fixed; an equal value changes nothing."""
+    way = any_fmu
+    name, good, late = {
+        "ClubBallImpact": ("m_club", 0.21, 0.3), "Swing": ("club_mass", None, 0.4),
+        "Launch": ("friction", None, 0.3), "BallFlight": ("gravity", None, 9.0),
+    }[way.slave.description.modelName]  # fmt: skip
+    good = good or float(way.slave.variables[name].start)
+    way.begin()
+    undisturbed = end(way, 1e-4, 1e-4, 0.4)
+    for steps in ((), (1e-4,)):
+        way.begin()
+        end(way, *steps)
+        way.set(**{name: good})
+        assert way.messages == []
+        set_anyway(way, **{name: late})
+        (message,) = way.messages
+        assert f"{name} = {late}" in message
+        assert f"a parameter is fixed once initialization has ended (at {good!r})" in message
+        if steps:
+            check_recovery(way, name, good, undisturbed)
+
+
+def test_values_that_are_refused_together(fmu_way):
+    """By the end of initialization; they are corrected by either."""
+    for values, corrected in (
+        ({"exponent": 2.0}, {"law": 2}),
+        ({"exponent": 2.0}, {"exponent": 1.0}),
+        ({"restitution_at_rest": 0.8}, {"law": 2}),
+        ({"k": 1e300, "m_club": 1e-9}, {"k": 1e6}),
+    ):
+        fmu_way.begin(values | corrected)
+        undisturbed = end(fmu_way, 1e-4, 0.4)
+        fmu_way.begin(values)
+        assert fmu_way.messages
+        assert not fmu_way.step(1e-4)
+        fmu_way.set(**corrected)
+        assert end(fmu_way, 1e-4, 0.4) == undisturbed
+
+
+def test_values_act_together_at_the_next_step(fmu_way):
+    """The last ones, in any order; until then outputs belong to the last step, and read nothing."""
+    way, force = fmu_way, {"law": 2, "b": 9.0}
+    way.begin(force)
+    end(way, 2e-4)
+    before, saved = way.read(), way.save()
+    paths = []
+    for sets in (
+        [("k", 5e5), ("b", 60.0)],
+        [("b", 60.0), ("k", 2e6), ("k", 5e5)],
+        [("k", -1.0), ("b", 60.0), ("k", 5e5)],
+    ):
+        way.restore(saved)
+        for name, value in sets:
+            way.set(**{name: value})
+            assert way.read() == before
+        assert way.step(1e-4)
+        assert way.read() != before
+        paths.append(end(way, 1e-4, 0.4))
+    assert paths[1:] == paths[:1] * 2
+    # Also at touch, which isn't passed before the first step.
+    way.begin({"law": 2})
+    assert way.read(["force", "max_force"]) == {"force": 9.0 * 35.0, "max_force": 9.0 * 35.0}
+    way.set(club_speed=50.0, k=2e6)
+    assert way["force"] == 9.0 * 35.0
+    late = end(way, 0.4)
+    way.begin({"law": 2, "club_speed": 50.0, "k": 2e6})
+    assert end(way, 0.4) == late
+
+
+STEPS = [
+    *((1e-4, size, "step size") for size in (0.0, -1e-6, NAN, INF, -INF)),
+    *(
+        (point, 1e-4, "communication point")
+        for point in (0.0, 2e-4, 1.5e-4, 1.00000101e-4, 0.99999899e-4, -1e-4, NAN, INF)
+    ),
+]
+
+
+def test_steps(any_fmu):
+    way = any_fmu
+    way.begin()
+    undisturbed = end(way, 1e-4, 1e-4, 0.4)
+    for point, size, reason in STEPS:
+        way.begin()
+        end(way, 1e-4)
+        assert not way.step(size, point)
+        assert reason in way.messages[-1]
+        # A millionth of the step is allowed.
+        assert way.step(1e-4, 1.00000099e-4)
+        way.time = 2e-4
+        assert end(way, 0.4) == undisturbed
+
+
+def test_calls_in_the_wrong_mode(any_fmu):
+    way = any_fmu
+    name = {"ClubBallImpact": "k", "Swing": "impulse"}.get(
+        way.slave.description.modelName, "ball_velocity"
+    )
+    way.begin()
+    way._call("set", way._initial)
+    assert not way.step(1e-4, 0.0)
+    assert "before the end of initialization" in way.messages[-1]
+    way.begin()
+    last = end(way, 0.4)
+    saved = way.save()
+    way.slave.terminate()
+    assert repr(fmus.get_all(way.slave)) == last
+    assert not way.step(1e-4)
+    assert "after the end of the run" in way.messages[-1]
+    set_anyway(way, **{name: 2.0})
+    assert f"{name} can't be set after the end of the run" in way.messages[-1]
+    way.restore(saved)
+    assert repr(fmus.get_all(way.slave)) == last
+
+
+# What a user sees
+
+
+@pytest.mark.parametrize("name", ["FMI 2.0", "FMI 3.0", "native, FMI 2.0", "BallFlight"])
+def test_a_refused_start_value_is_seen(way_of, capfd, name):
+    """In simulate_fmu by default, and by the logger alone with logging on; nothing otherwise."""
+    slave = way_of(name).slave
+    variable, value, allowed = REFUSED[slave.description.modelName][0 if name in FMUS else -2]
+
+    def simulate(value, **options):
+        given = {"start_values": {variable: value}, "stop_time": 0.01, "step_size": 1e-3}
+        with suppress(FMICallException):
+            fmpy.simulate_fmu(slave.unzipDirectory, **given, **options)
+        return capfd.readouterr()
+
+    seen = simulate(value)
+    first = f"{variable} = {value} "
+    sentences = [s for s in "".join(seen).splitlines() if first in s and "steps are" not in s]
+    assert len(sentences) == 1
+    assert "is refused: it must be" in sentences[0]
+    assert allowed in sentences[0]
+    # By the host's logger, or, without one, once, though every step is refused for it.
+    by_logger = name in ("FMI 3.0", "native, FMI 2.0")
+    assert seen.err == ("" if by_logger else f"{sentences[0]}\n")
+    logged = simulate(value, debug_logging=True)
+    assert first in logged.out
+    assert logged.err == ""
+    assert "".join(simulate(0.4)) == ""
 
 
 @pytest.mark.plain
-@pytest.mark.parametrize(
-    ("fmu", "name", "bad", "good"), [("fmi2", "k", -1.0, 1e6), ("BallFlight", "backspin", 1e9, 0.0)]
-)
-def test_each_refusal_is_written_once(fmus, capfd, fmu, name, bad, good):
+def test_each_refusal_is_written_once(way_of, capfd):
     """At each communication point."""
-    with instance(fmus[fmu]) as slave:
-        for point in (0.0, 1e-3):
-            for _ in range(3):
-                put(slave, **{name: bad})
-                with pytest.raises(FMICallException):
-                    slave.doStep(point, 1e-3)
-            put(slave, **{name: good})
-            slave.doStep(point, 1e-3)
-            assert capfd.readouterr().err.count("\n") == 1
-
-
-@contextmanager
-def instance(fmu, **values):
-    """An initialized instance."""
-    slave = begin(make_instance(fmpy.extract(str(fmu))), **values)
-    yield slave
-    discard(slave)
-
-
-# States of companions
-
-_SEPARATED = {"separated": True, "ball_velocity": 50.0}
-_SPEEDS = {"club_velocity": 24.0, "smash_factor": 50.0 / 35.0, "coefficient_of_restitution": 0.74}
-RUNS = {"Swing": {}, "Launch": _SEPARATED | _SPEEDS, "BallFlight": _SEPARATED}
-
-
-@pytest.mark.parametrize("name", RUNS)
-def test_a_damaged_state_is_refused_and_has_no_effect(fmus, name):
-    with instance(fmus[name], **RUNS[name]) as slave, instance(fmus[name]) as other:
-        for n in range(900):
-            slave.doStep(n * 1e-3, 1e-3)
-        state = slave.getFMUstate()
-        whole = bytes(slave.serializeFMUstate(state))
-        damaged = [
-            bytes([*whole[:n], whole[n] ^ 1 << n % 8, *whole[n + 1 :]])
-            for n in range(0, len(whole), 7)
-        ]
-        longer = whole.replace(b"]", b", 1.0]", 1)
-        assert longer != whole
-        for data in (*damaged, longer, b"", b"{}", b"[1]", whole[:-1], whole + b" "):
-            bad = other.deSerializeFMUstate(data)
-            other.setFMUstate(bad)
-            other.freeFMUstate(bad)
-            with pytest.raises(FMICallException):
-                other.doStep(0.0, 1e-3)
-        other.doStep(0.0, 1e-3)
-        copy = other.deSerializeFMUstate(whole)
-        other.setFMUstate(copy)
-        for one in (slave, other):
-            one.doStep(0.9, 1e-3)
-        assert slave.getReal(slave.reals) == other.getReal(slave.reals)
-        slave.freeFMUstate(state)
-        other.freeFMUstate(copy)
-
-
-def step_status(slave):
-    try:
-        slave.doStep(0.9, 1e-3)
-    except FMICallException as error:
-        return error.status
-    return fmpy.fmi2.fmi2OK
-
-
-@pytest.mark.parametrize("name", RUNS)
-def test_a_state_of_another_content_is_never_fatal(fmus, name):
-    random = Random(name)
-    with instance(fmus[name], **RUNS[name]) as slave:
-        for n in range(900):
-            slave.doStep(n * 1e-3, 1e-3)
-        whole = bytes(slave.serializeFMUstate(slave.getFMUstate()))
-        for data in [with_checksum(b"[" * 100_000), *(mutated(random, whole) for _ in range(200))]:
-            state = slave.deSerializeFMUstate(data)
-            slave.setFMUstate(state)
-            slave.freeFMUstate(state)
-            assert step_status(slave) in (fmpy.fmi2.fmi2OK, fmpy.fmi2.fmi2Discard)
-            slave.getReal(slave.reals)
-
-
-@pytest.mark.parametrize("name", ["BallFlight", "fmi2"])
-def test_a_state_of_another_fmu_is_refused(fmus, is_native, name):
-    with instance(fmus["Swing"]) as swing, instance(fmus[name]) as other:
-        state = swing.getFMUstate()
-        with pytest.raises(FMICallException) if is_native and name == "fmi2" else nullcontext():
-            other.setFMUstate(state)
-        with pytest.raises(FMICallException):
-            other.doStep(0.0, 1e-3)
-        other.doStep(0.0, 1e-3)
-        swing.freeFMUstate(state)
+    slave = fmus.begin(fmus.make_instance(way_of("FMI 2.0").slave.unzipDirectory))
+    for point in (0.0, 1e-3):
+        for _ in range(3):
+            fmus.put(slave, k=-1.0)
+            assert fmus.step_status(slave, point, 1e-3) == 2
+        fmus.put(slave, k=1e6)
+        slave.doStep(point, 1e-3)
+        assert capfd.readouterr().err.count("\n") == 1
+    fmus.discard(slave)
 
 
 # The native FMU
 
 
-@pytest.fixture
-def loaded(native_path):
-    """An instance of the native FMU."""
-    with instance(native_path) as slave:
-        yield slave
+def test_what_an_instantiation_refuses(way_of):
+    slave, messages = way_of("native, FMI 2.0").slave, []
+    guid, callbacks = slave.guid.encode(), fmus.logging_to(lambda *words: messages.append(words))
 
+    def instantiate(kind, guid):
+        messages.clear()
+        return slave.fmi2Instantiate(b"two", kind, guid, b"", ctypes.byref(callbacks), 0, 0)
 
-def instantiate(slave, kind, guid):
-    messages = []
-    slave.kept = callbacks = logging_to(lambda *words: messages.append(words))
-    made = slave.fmi2Instantiate(b"two", kind, guid, b"", ctypes.byref(callbacks), 0, 0)
-    return made, messages
-
-
-def test_what_an_instantiation_refuses(loaded):
-    guid = loaded.guid.encode()
     for kind, given, why in (
-        (1, b"wrong", f"GUID or token = wrong is refused: this FMU has {loaded.guid}"),
+        (1, b"wrong", f"GUID or token = wrong is refused: this FMU has {slave.guid}"),
         (1, b"", "is refused"),
         (1, None, "GUID or token = NULL is refused"),
         (0, guid, "this FMU has co-simulation only"),
     ):
-        made, ((status, text),) = instantiate(loaded, kind, given)
-        assert (made, status) == (None, 3)
+        assert instantiate(kind, given) is None
+        ((status, text),) = messages
+        assert status == 3
         assert why in text
-    made, messages = instantiate(loaded, 1, guid)
+    made = instantiate(1, guid)
     assert made
     assert messages == []
     with pytest.raises(FMICallException, match="error"):
-        loaded.fmi2SetFMUstate(made, None)
-    loaded.fmi2FreeInstance(made)
+        slave.fmi2SetFMUstate(made, None)
+    slave.fmi2FreeInstance(made)
 
 
-def test_a_wrong_token_is_refused(native_fmi3_path):
-    folder = fmpy.extract(str(native_fmi3_path))
+def test_a_wrong_token_is_refused(way_of):
     slave = fmpy.fmi3.FMU3Slave(
-        guid="wrong", unzipDirectory=folder, modelIdentifier="ClubBallImpact", instanceName="one"
-    )
+        guid="wrong", unzipDirectory=way_of("native, FMI 3.0").slave.unzipDirectory,
+        modelIdentifier="ClubBallImpact", instanceName="one",
+    )  # fmt: skip
     with pytest.raises(Exception, match="instantiate"):
         slave.instantiate()
 
 
-def test_a_host_that_traps_nan(native_path):
-    """A comparison with NaN would be SIGFPE; flushed to 0, small numbers would be others."""
-    program = """
-import ctypes, os, sys
+# Signals: of hosts that are a Python, in processes of their own
+
+_INSTANCE = """
+import collections, ctypes, os, random, signal, sys, threading, time
 sys.path.insert(0, sys.argv[2])
-from test_refusals import instance
-with instance(sys.argv[1]) as slave:
-    libm = ctypes.CDLL("libm.so.6")
-    nan = (ctypes.c_double * 1)(float("nan"))
-    references = (ctypes.c_uint * 1)(0)
-    libm.feenableexcept(1)
-    slave.fmi2SetReal(slave.component, references, 1, nan)
-    trapping = libm.fegetexcept()
-    libm.fedisableexcept(1)
-    print(trapping)
+from fmpy import extract
+from fmus import begin, discard, make_instance
+folder = extract(sys.argv[1])
 """
-    done = run_python(program, native_path, HERE / "contract")
-    assert done.stdout.splitlines()[-1] == "1"
 
+_TRAPPED = """
+slave = begin(make_instance(folder))
+libm = ctypes.CDLL("libm.so.6")
+nan = (ctypes.c_double * 1)(float("nan"))
+references = (ctypes.c_uint * 1)(0)
+libm.feenableexcept(1)
+slave.fmi2SetReal(slave.component, references, 1, nan)
+trapping = libm.fegetexcept()
+libm.fedisableexcept(1)
+print(trapping)
+discard(slave)
+"""
 
-# Ctrl-C in a host that is a Python
+_OWN_HANDLER = """
+signal.signal(signal.SIGINT, print)
+slave = begin(make_instance(folder))
+print(signal.getsignal(signal.SIGINT) is print)
+"""
 
 _INTERRUPTED = """
-import collections, os, random, signal, sys, threading, time
-sys.path.insert(0, sys.argv[2])
-from test_refusals import instance
 # A process in the background ignores Ctrl-C.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 times, ready = int(sys.argv[3]), threading.Event()
@@ -257,34 +337,34 @@ sys.setswitchinterval(1e-4)
 threading.Thread(target=interrupt, daemon=True).start()
 seen = collections.Counter()
 for _ in range(times):
-    with instance(sys.argv[1]) as slave:
-        try:
-            ready.set()
-            n = 0
-            while True:
-                slave.doStep(n * 1e-9, 1e-9)
-                slave.getReal(slave.reals)
-                n += 1
-        except BaseException as error:
-            seen[type(error).__name__] += 1
+    slave = begin(make_instance(folder))
+    try:
+        ready.set()
+        n = 0
+        while True:
+            slave.doStep(n * 1e-9, 1e-9)
+            slave.getReal(slave.reals)
+            n += 1
+    except BaseException as error:
+        seen[type(error).__name__] += 1
+    discard(slave)
 print(dict(seen))
 """
 
 
-@pytest.mark.parametrize("name", ["fmi2", "Swing"])
+def test_a_host_that_traps_nan(once):
+    """A comparison with NaN would be SIGFPE; flushed to 0, small numbers would be others."""
+    file = fmu_file(once, "native, FMI 2.0")
+    assert run_python(_INSTANCE + _TRAPPED, file, HERE).stdout.splitlines()[-1] == "1"
+
+
+def test_a_hosts_own_handler_stays(fmu_path):
+    assert run_python(_INSTANCE + _OWN_HANDLER, fmu_path, HERE).stdout == "True\n"
+
+
+@pytest.mark.parametrize("name", ["ClubBallImpact", "Swing"])
 @pytest.mark.parametrize("times", repeated(20, 60, 300))
-def test_ctrl_c_is_a_keyboard_interrupt(fmus, name, times):
-    done = run_python(_INTERRUPTED, fmus[name], HERE / "contract", times)
+def test_ctrl_c_is_a_keyboard_interrupt(fmu_path, system_files, name, times):
+    file = fmu_path if name == "ClubBallImpact" else system_files()[0]
+    done = run_python(_INSTANCE + _INTERRUPTED, file, HERE, times)
     assert done.stdout == f"{{'KeyboardInterrupt': {times}}}\n", done.stderr[-2000:]
-
-
-def test_a_hosts_own_handler_stays(fmus):
-    program = """
-import signal, sys
-sys.path.insert(0, sys.argv[2])
-from test_refusals import instance
-signal.signal(signal.SIGINT, print)
-with instance(sys.argv[1]) as slave:
-    assert signal.getsignal(signal.SIGINT) is print
-"""
-    run_python(program, fmus["fmi2"], HERE / "contract")
