@@ -118,6 +118,28 @@ def step_status(slave, point, size):
     return 0
 
 
+def call_state(slave, what, *arguments):
+    """Get, set, free, serialize or deserialize a state, which FMI 2.0 and 3.0 spell in two ways."""
+    if isinstance(slave, FMU2Slave):
+        return getattr(slave, f"{what.replace('des', 'deS')}FMUstate")(*arguments)
+    return getattr(slave, f"{what}FMUState")(*arguments)
+
+
+def packed(slave):
+    """The state of an instance as bytes."""
+    state = call_state(slave, "get")
+    data = bytes(call_state(slave, "serialize", state))
+    call_state(slave, "free", state)
+    return data
+
+
+def restore_packed(slave, data):
+    """Restore a state from bytes; what the native FMU refuses is an exception."""
+    state = call_state(slave, "deserialize", data)
+    call_state(slave, "set", state)
+    call_state(slave, "free", state)
+
+
 def discard(*slaves):
     for slave in slaves:
         slave.terminate()

@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 from components import put
 from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import FMU2Slave
 from fmus import make_instance
 from golf_physics.component.component import Component
 from golf_physics.variables import BY_NAME, VARIABLES
@@ -134,18 +133,14 @@ class InFmu(Stepped):
     def __init__(self, folder: str) -> None:
         self.slave = make_instance(folder, loggingOn=True)
         self.messages = self.slave.messages
-        self._state = "FMUstate" if isinstance(self.slave, FMU2Slave) else "FMUState"
-        self._initial = self._call("get")
-
-    def _call(self, what: str, *arguments: object) -> object:
-        return getattr(self.slave, what + self._state)(*arguments)
+        self._initial = fmus.call_state(self.slave, "get")
 
     def close(self) -> None:
-        self._call("free", self._initial)
+        fmus.call_state(self.slave, "free", self._initial)
         self.slave.freeInstance()
 
     def _begin(self, values: Mapping[str, float], start: float) -> None:
-        self._call("set", self._initial)
+        fmus.call_state(self.slave, "set", self._initial)
         fmus.initialize(self.slave, start, **values)
         # The native FMU returns Error for values that don't fit together.
         with suppress(FMICallException):
@@ -170,17 +165,16 @@ class InFmu(Stepped):
 
     def save(self, as_bytes: bool = False) -> tuple:
         """The state, through bytes if asked for."""
-        state = self._call("get")
+        state = fmus.call_state(self.slave, "get")
         if as_bytes:
-            data = self._call("serialize", state)
-            self._call("free", state)
-            read = "deSerialize" if self._state == "FMUstate" else "deserialize"
-            state = self._call(read, data)
+            data = fmus.call_state(self.slave, "serialize", state)
+            fmus.call_state(self.slave, "free", state)
+            state = fmus.call_state(self.slave, "deserialize", data)
         return state, self.time
 
     def restore(self, saved: tuple) -> None:
         state, self.time = saved
-        self._call("set", state)
+        fmus.call_state(self.slave, "set", state)
 
 
 class Alone:

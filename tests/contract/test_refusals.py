@@ -193,7 +193,7 @@ def test_calls_in_the_wrong_mode(any_fmu):
         way.slave.description.modelName, "ball_velocity"
     )
     way.begin()
-    way._call("set", way._initial)
+    way.restore((way._initial, 0.0))
     assert not way.step(1e-4, 0.0)
     assert "before the end of initialization" in way.messages[-1]
     way.begin()
