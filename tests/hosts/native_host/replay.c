@@ -1,6 +1,6 @@
 /* Makes the FMI 2.0 calls that stdin names, one a line, and prints the status and values of each.
 
-   usage: replay FOLDER GUID < calls        (the lines: tests/contract/fmi2_calls.py)
+   usage: replay FOLDER GUID < calls        (the lines: tests/contract/call_order.py)
 
    After a crash the results so far are on stdout: the next line of the input caused it. */
 
