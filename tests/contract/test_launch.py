@@ -1,4 +1,4 @@
-"""Launch.fmu: reference cases, an independent integration, limits and borders."""
+"""Launch.fmu: reference cases, an independent integration, borders, what is refused."""
 
 import json
 import math
@@ -172,7 +172,14 @@ NAMED = {
     "gear effect alone": TURNED | {"spin_loft": 0.0},
     "negative loft": TURNED | {"spin_loft": -0.2, "attack_angle": 0.1, "friction": 0.1},
     "slips throughout": DRIVER | {"friction": 0.01},
+    "critical damping": DRIVER | {"coefficient_of_restitution": math.exp(-2.0)},
 }
+# Stick if ratio * tan(spin loft) is at most the friction: from both sides.
+for ratio in (0.2, 1.5):
+    for part in (-1e-9, 0.0, 1e-9):
+        given = {"friction": 0.25, "tangential_stiffness_ratio": ratio}
+        at = {"spin_loft": math.atan(0.25 / ratio) * (1.0 + part)}
+        NAMED[f"between stick and slip at touch, {ratio} {part:+}"] = DRIVER | given | at
 
 
 @pytest.mark.parametrize("case", [*NAMED, *some(40, range(300))])
@@ -219,7 +226,9 @@ def test_much_friction_takes_no_digits(friction, expected):
     assert found == pytest.approx(expected, rel=1e-14, abs=0.0)
 
 
-@pytest.mark.parametrize(("ratio", "solved"), [(300.0, True), (320.0, False)])
+@pytest.mark.parametrize(
+    ("ratio", "solved"), [(320.0, False), pytest.param(300.0, True, marks=pytest.mark.ci)]
+)
 def test_a_contact_of_too_many_pieces_is_refused(companion, ratio, solved):
     """On both sides of the bound, 10,000 pieces: half a second."""
     values = {"friction": 10.0, "m_club": 1e6, "dynamic_loft": 0.2}
@@ -230,21 +239,6 @@ def test_a_contact_of_too_many_pieces_is_refused(companion, ratio, solved):
     else:
         with pytest.raises(FMICallException):
             launched(slave, **inputs)
-
-
-# Borders, from both sides
-
-
-@pytest.mark.parametrize("friction", [0.1, 0.25, 0.4])
-@pytest.mark.parametrize("ratio", [0.2, 2.0 / 3.0, 1.5])
-def test_between_stick_and_slip_at_touch(launch, friction, ratio):
-    """Stick if ratio * tan(spin loft) is at most the friction."""
-    border = math.atan(friction / ratio)
-    given = {"friction": friction, "tangential_stiffness_ratio": ratio}
-    cases = [DRIVER | given | {"spin_loft": border * (1.0 + part)} for part in (-1e-9, 0.0, 1e-9)]
-    first, at, last = (launch(case)["tangential_impulse"] for case in cases)
-    assert (first, last) == pytest.approx((at, at), rel=1e-7)
-    assert at == pytest.approx(integrated(cases[1])[0], rel=1e-8)
 
 
 @pytest.mark.parametrize("restitution", [math.exp(-2.0), 1.0, 0.5])
