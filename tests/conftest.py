@@ -163,13 +163,9 @@ def is_native(request):
 def system_files(once):
     """A function that returns Swing.fmu, Launch.fmu, BallFlight.fmu and GolfSwing.ssp."""
 
-    def system_files(in_c=False):
-        if in_c:
-            require_native()
-        folder = once("native system" if in_c else "system", build_system, native=in_c)
-        suffix = native.SUFFIX if in_c else ""
-        files = [folder / f"{name}.fmu" for name in COMPANIONS]
-        return [*files, folder / f"GolfSwing{suffix}.ssp"]
+    def system_files():
+        folder = once("system", build_system)
+        return [*(folder / f"{name}.fmu" for name in COMPANIONS), folder / "GolfSwing.ssp"]
 
     return system_files
 

@@ -7,7 +7,7 @@ import pytest
 from compare import assert_close
 from conftest import some
 from fmpy.fmi1 import FMICallException
-from fmus import get, put
+from fmus import get, is_set, put
 from scipy.integrate import solve_ivp
 
 from golf_impact.measured import PGA
@@ -139,7 +139,7 @@ def test_any_steps_give_the_same_path_which_ends_at_the_carry(companion):
             time += step
             path[round(time, 9)] = get(flight, "distance", "height")
         paths.append(path)
-        assert flight.getBoolean([flight.references["landed"]]) == [1]
+        assert is_set(flight, "landed")
         assert path[7.0] == [*get(flight, "carry"), 0.0]
     for time in (0.5, 1.5, 3.0):
         # The clock is a sum of a thousand rounded steps: 1e-13 s at 50 m/s.
@@ -179,7 +179,7 @@ def test_a_level_launch_rises_if_lift_exceeds_weight(companion, spin, rises):
 def test_a_ball_that_does_not_fly_lands_where_it_is(companion, speed, angle):
     flight = flown(companion, speed, launch_angle=angle, backspin=0.0)
     assert get(flight, *OF_FLIGHT, "height") == [0.0] * 5
-    assert flight.getBoolean([flight.references["landed"]]) == [1]
+    assert is_set(flight, "landed")
 
 
 @pytest.mark.ci

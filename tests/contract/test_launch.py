@@ -9,7 +9,7 @@ import pytest
 from compare import assert_close
 from conftest import HERE, some
 from fmpy.fmi1 import FMICallException
-from fmus import get, put
+from fmus import get, is_set, put
 from golf_physics.companions.launch import Contact
 from quadrature import restitution
 from scipy.integrate import solve_ivp
@@ -39,7 +39,7 @@ def contact(case):
 def launched(slave, step=1e-3, point=0.0, **inputs):
     put(slave, **inputs, separated=True)
     slave.doStep(point, step)
-    assert slave.getBoolean([slave.references["launched"]]) == [1]
+    assert is_set(slave, "launched")
     return dict(zip(OUTPUTS, get(slave, *OUTPUTS), strict=True))
 
 
@@ -174,12 +174,15 @@ NAMED = {
     "slips throughout": DRIVER | {"friction": 0.01},
     "critical damping": DRIVER | {"coefficient_of_restitution": math.exp(-2.0)},
 }
-# Stick if ratio * tan(spin loft) is at most the friction: from both sides.
-for ratio in (0.2, 1.5):
-    for part in (-1e-9, 0.0, 1e-9):
-        given = {"friction": 0.25, "tangential_stiffness_ratio": ratio}
-        at = {"spin_loft": math.atan(0.25 / ratio) * (1.0 + part)}
-        NAMED[f"between stick and slip at touch, {ratio} {part:+}"] = DRIVER | given | at
+# Borders, from both sides.
+for part in (-1e-9, 0.0, 1e-9):
+    # Stick at touch if ratio * tan(spin loft) is at most the friction.
+    at = {"friction": 0.25, "tangential_stiffness_ratio": 1.5, "spin_loft": math.atan(0.25 / 1.5)}
+    at["spin_loft"] *= 1.0 + part
+    NAMED[f"between stick and slip at touch {part:+}"] = DRIVER | at
+    # With less loft it sticks once more.
+    at = {"friction": 0.15, "spin_loft": 0.62645457 * (1.0 + 1e4 * part)}
+    NAMED[f"between slip throughout and stick {part:+}"] = DRIVER | at
 
 
 @pytest.mark.parametrize("case", [*NAMED, *some(40, range(300))])
@@ -226,71 +229,40 @@ def test_much_friction_takes_no_digits(friction, expected):
     assert found == pytest.approx(expected, rel=1e-14, abs=0.0)
 
 
-@pytest.mark.parametrize(
-    ("ratio", "solved"), [(320.0, False), pytest.param(300.0, True, marks=pytest.mark.ci)]
-)
-def test_a_contact_of_too_many_pieces_is_refused(companion, ratio, solved):
-    """On both sides of the bound, 10,000 pieces: half a second."""
+def test_a_contact_of_too_many_pieces_is_refused(companion):
     values = {"friction": 10.0, "m_club": 1e6, "dynamic_loft": 0.2}
-    slave = companion("Launch", tangential_stiffness_ratio=ratio, **values)
+    slave = companion("Launch", tangential_stiffness_ratio=320.0, **values)
     inputs = contact(DRIVER | {"m_club": 1e6, "coefficient_of_restitution": 0.01})
-    if solved:
-        assert launched(slave, **inputs)["backspin"] > 0.0
-    else:
-        with pytest.raises(FMICallException):
-            launched(slave, **inputs)
+    with pytest.raises(FMICallException):
+        launched(slave, **inputs)
 
 
-@pytest.mark.parametrize("restitution", [math.exp(-2.0), 1.0, 0.5])
-def test_around_critical_and_without_damping(launch, restitution):
-    """COR exp(-2) is critical damping; 1 is none."""
-    values = [
-        launch(DRIVER | {"coefficient_of_restitution": restitution * (1.0 - part)})["backspin"]
-        for part in (0.0, 1e-9, 2e-9)
-    ]
-    assert values[:2] == pytest.approx(values[1:], rel=1e-7)
-    assert values[0] > 0.0
-
-
-def test_the_border_between_slip_throughout_and_stick_again(launch):
-    """Bisected to the last digits: the impulse is continuous there."""
-
-    def share(loft):
-        case = DRIVER | {"spin_loft": loft, "friction": 0.15}
-        normal = case["m_ball"] * contact(case)["ball_velocity"]
-        return launch(case)["tangential_impulse"] / (0.15 * normal)
-
-    low, high = 0.3, 1.2
-    assert share(low) < 1.0 - 1e-6
-    assert share(high) == pytest.approx(1.0, abs=1e-13)
-    for _ in range(40):
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if share(middle) > 1.0 - 1e-13 else (middle, high)
-    assert share(low) == pytest.approx(1.0, abs=1e-6)
+def test_without_damping(launch):
+    """At COR 1, as beside it."""
+    without, little = (
+        launch(DRIVER | {"coefficient_of_restitution": cor})["backspin"]
+        for cor in (1.0, 1.0 - 1e-9)
+    )
+    assert without == pytest.approx(little, rel=1e-7)
+    assert without > 0.0
 
 
 # As an FMU
 
 
 @pytest.mark.parametrize("steps", [[1e-6] * 5, [0.3], [1e-3, 2.0, 1e-9]])
-def test_any_steps_give_the_same(companion, steps):
+def test_any_steps_give_the_same_from_separation_on_and_once(companion, steps):
     slave, time = companion("Launch"), 0.0
-    put(slave, **contact(DRIVER), separated=True)
+    put(slave, **contact(DRIVER))
     for step in steps:
         slave.doStep(time, step)
         time += step
-    assert get(slave, *OUTPUTS) == list(launched(companion("Launch"), **contact(DRIVER)).values())
-
-
-def test_nothing_happens_before_separation_and_nothing_after_the_launch(companion):
-    slave = companion("Launch")
-    put(slave, **contact(DRIVER))
-    slave.doStep(0.0, 1e-3)
-    assert get(slave, *OUTPUTS) == [0.0] * 4
-    assert slave.getBoolean([slave.references["launched"]]) == [0]
-    found = launched(slave, point=1e-3, **contact(DRIVER))
+        assert get(slave, *OUTPUTS) == [0.0] * 4
+        assert not is_set(slave, "launched")
+    found = launched(slave, 1e-3, time, **contact(DRIVER))
+    assert found == launched(companion("Launch"), **contact(DRIVER))
     slower = contact(DRIVER | {"club_speed": 10.0})
-    assert launched(slave, point=2e-3, **slower) == found
+    assert launched(slave, 1e-3, time + 1e-3, **slower) == found
 
 
 @pytest.mark.parametrize(
@@ -302,33 +274,20 @@ def test_nothing_happens_before_separation_and_nothing_after_the_launch(companio
         {"ball_velocity": math.nan},
         {"ball_velocity": 1e308, "club_velocity": -1e308},
         {"ball_velocity": 1e308, "club_velocity": 1e307, "smash_factor": 1.5},
+        # A face across the path.
+        {"dynamic_loft": 1.2, "attack_angle": -0.5},
     ],
 )
 def test_what_is_no_contact_is_refused_until_corrected(companion, bad):
-    slave = companion("Launch")
+    angles = {name: bad[name] for name in ("dynamic_loft", "attack_angle") if name in bad}
+    slave, usual = companion("Launch", **angles), companion("Launch")
     put(slave, **contact(DRIVER) | bad, separated=True)
     for _ in range(2):
         with pytest.raises(FMICallException):
             slave.doStep(0.0, 1e-3)
     assert get(slave, *OUTPUTS) == [0.0] * 4
-    assert launched(slave, **contact(DRIVER)) == launched(companion("Launch"), **contact(DRIVER))
-
-
-def test_a_face_across_the_path_is_refused(companion):
-    slave = companion("Launch", dynamic_loft=1.2, attack_angle=-0.5)
-    with pytest.raises(FMICallException):
-        slave.doStep(0.0, 1e-3)
-
-
-def test_law_1_is_treated_as_law_2_of_the_same_cor(companion, fmu):
-    inputs = fmu.impact(tuple(contact(DRIVER)), law=1)
-    one = launched(companion("Launch"), **inputs)
-    cor, speed, m = inputs["coefficient_of_restitution"], 35.0, 0.210 / (0.210 + 0.04593)
-    ball = (1.0 + cor) * speed * m
-    two = {"ball_velocity": ball, "club_velocity": ball - cor * speed, "smash_factor": ball / speed}
-    same = launched(companion("Launch"), **two, coefficient_of_restitution=cor)
-    assert one["backspin"] == pytest.approx(same["backspin"], rel=1e-13)
-    assert one["ball_speed"] < same["ball_speed"]
+    put(slave, **dict(zip(angles, get(usual, *angles), strict=True)))
+    assert launched(slave, **contact(DRIVER)) == launched(usual, **contact(DRIVER))
 
 
 def test_units_and_display_units(files):

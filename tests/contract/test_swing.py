@@ -34,13 +34,8 @@ EXACTLY = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-14}
 def source_equations(swing, force, released):
     """The source's own: angle of the arms and of the wrist, Q_alpha and Q_beta.
 
-    Args:
-        swing: an instance, for its parameters.
-        force: on the head, N.
-        released: s, when the wrist has been released; None: it is held.
-
-    Returns:
-        The slope of (alpha, alpha', beta, beta', path, work) for solve_ivp.
+    With a force on the head, N, and the wrist released at an instant, s; None: held. Returns the
+    slope of (alpha, alpha', beta, beta', path, work) for solve_ivp.
     """
     held = released is None
     arm = ("arm_length", "arm_first_moment", "arm_inertia", "arm_start")
@@ -192,13 +187,8 @@ def test_the_speed_is_that_along_the_normal(companion):
 def until_touch(swing, steps, late=0):
     """By an importer's head that starts at the ball, as ClubBallImpact's with a gap of 0.
 
-    Args:
-        swing: an instance.
-        steps: communication step sizes, s.
-        late: how many steps later the host passes on an output.
-
-    Returns:
-        The speeds that have been held, the last one at touch; when it touches, s; the longest step.
+    The host passes on each output `late` steps later. Returns the speeds that have been held, the
+    last one at touch; when it touches, s; the longest step, s.
     """
     held = [0.0] * late + get(swing, "club_speed")
     position = time = longest = 0.0
@@ -260,8 +250,8 @@ def test_no_sequence_of_steps_touches_the_ball_with_another_speed(companion, par
         assert all(speed <= 0.0 or speed == AT_THE_BALL for speed in held)
         errors.append((touch - AT) / longest)
     swing.freeFMUstate(fresh)
+    assert min(errors) >= -0.5
     # The bounds aren't wide: such errors do occur.
-    assert -0.5 <= min(errors)
     assert 0.5 < max(errors) <= 2.0
 
 
@@ -290,19 +280,21 @@ def test_a_step_of_more_than_half_the_swing_is_refused(companion):
     assert get(swing, "arm_angle")[0] < 0.0
 
 
-@pytest.mark.parametrize("at", [40, 850, 963, 964])
-def test_rollback(companion, at):
-    """While the club is taken back, in the downswing, and with an impulse."""
+@pytest.mark.parametrize(
+    ("at", "values"), [(40, {}), (850, {}), (964, {}), (40, {"prescribed_speed": 35.0})]
+)
+def test_rollback(companion, at, values):
+    """While the club is taken back, in the downswing, after an impulse, in a prescribed rise."""
 
     def run(slave, begin, end):
         seen = []
         for n in range(begin, end):
-            put(slave, impulse=0.0 if n < 963 else 3.0 if n == 963 else 3.2)
+            put(slave, impulse=3.0 if n >= 963 else 0.0)
             slave.doStep(n * 1e-3, 1e-3)
             seen.append(get_all(slave))
         return seen
 
-    slave, other = companion("Swing"), companion("Swing")
+    slave, other = (companion("Swing", **values) for _ in range(2))
     run(slave, 0, at)
     state = slave.getFMUstate()
     packed = slave.serializeFMUstate(state)

@@ -214,9 +214,10 @@ def test_two_copies_in_one_process_keep_their_start_values(drive, files, instanc
     """The FMU and its copy with other start values, made in turns, don't mix."""
     plain = next(file for file in files if file.stem == "Launch")
     for path, value in ((plain, 0.0), (drive["Launch"], 0.010), (plain, 0.0)):
-        assert get(copy := instance(path), "strike_height") == [value]
-        copy.reset()
-        assert get(copy, "strike_height") == [value]
+        slave = instance(path)
+        assert get(slave, "strike_height") == [value]
+        slave.reset()
+        assert get(slave, "strike_height") == [value]
 
 
 def test_the_drive_fits_the_swing(drive, instance):
