@@ -10,8 +10,9 @@ import fmpy
 import numpy as np
 import pytest
 from compare import assert_close
-from conftest import run_importer, some
+from conftest import some
 from fmus import begin, discard, get, is_set, make_instance, put
+from programs import run_importer
 from test_swing import AT, AT_THE_BALL, sequence, swung
 
 from golf_build import native
