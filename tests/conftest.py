@@ -4,6 +4,7 @@ import os
 import shutil
 import sys
 import tempfile
+from functools import partial
 from pathlib import Path
 
 import fmpy
@@ -15,7 +16,7 @@ from golf_build import native
 from golf_build.packaging import packaged
 from golf_build.system import COMPANIONS
 from golf_build.system import build as build_system
-from golf_impact.fmu import builder_of
+from golf_impact.fmu import builder_of, current_fmu
 
 pytest_plugins = ["companions", "impact_fmu", "programs", "ways"]
 
@@ -54,10 +55,6 @@ def build_plain_fmu(script, folder):
     with packaged(2, script.stem, script.read_bytes(), {}) as fmu:
         folder.mkdir(parents=True, exist_ok=True)
         return Path(shutil.copy(fmu, folder))
-
-
-def build_native(path, fmi):
-    native.build(builder_of(fmi=fmi), path)
 
 
 # The same examples every time, with --ci more of them; at night, new ones and far more:
@@ -110,6 +107,13 @@ def _temporary(tmp_path_factory):
     os.environ["TMPDIR"] = tempfile.tempdir = str(tmp_path_factory.mktemp("left"))
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _commands_find_the_fmus():
+    """Otherwise they report that they had to build them."""
+    for fmi in (2, 3):
+        current_fmu(fmi=fmi)
+
+
 @pytest.fixture(autouse=True)
 def _figures_are_closed():
     """pyplot keeps figures, and warns about many."""
@@ -143,7 +147,8 @@ def _built(name, fmi, in_c=False):
     def path(once, request):
         if in_c or request.config.getoption("--native"):
             require_native()
-            return once(f"ClubBallImpact{name}.native.fmu", build_native, fmi=fmi)
+            build = partial(native.build, builder_of(fmi=fmi))
+            return once(f"ClubBallImpact{name}.native.fmu", build)
         return once(f"ClubBallImpact{name}.fmu", fmi=fmi)
 
     return path

@@ -27,9 +27,15 @@ _OPERATORS = (
     "!= ==", "=== !==", "!== ===", "&& ||", "|| &&", "and or", "or and", "is not", "+= =", "-= =",
     "*= =", "/= =",
 )  # fmt: skip
-_PAIRS = (
-    "min max", "sin cos", "any all", "floor ceil", "minimum maximum", "larger smaller", "fmin fmax",
-)  # fmt: skip
+_PAIRS = [
+    "min max",
+    "sin cos",
+    "any all",
+    "floor ceil",
+    "minimum maximum",
+    "larger smaller",
+    "fmin fmax",
+]
 _SHARED = {
     **{rf"(?<= ){re.escape(old)}(?= )": new for old, *new in map(str.split, _OPERATORS)},
     **{rf"\b{old}(?=\()": [new] for a in _PAIRS for old, new in (a.split(), a.split()[::-1])},
@@ -103,8 +109,8 @@ def mutants(file: str) -> Iterator[Mutant]:
     """Mutants of a file in Python, C or JavaScript, of which some aren't valid."""
     code, kind = (ROOT / file).read_text("utf-8"), Path(file).suffix
     text = {n for m in re.finditer(_TEXT[kind], code, re.S | re.M) for n in range(*m.span())}
-    found = [(m, m.expand(new)) for old, news in _TOKENS[kind].items() for new in news
-             for m in re.finditer(old, code, re.M)]  # fmt: skip
+    places = [(m, new) for old, new in _TOKENS[kind].items() for m in re.finditer(old, code, re.M)]
+    found = [(m, m.expand(new)) for m, news in places for new in news]
     if not any(word in code for word in _FIGURES):
         found += [(m, new) for m in re.finditer(_NUMBER, code) for new in _numbers(m[0])]
     tree = ast.walk(ast.parse(code if kind == ".py" else ""))

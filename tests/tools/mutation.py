@@ -4,10 +4,9 @@
 time, and runs the tests that execute the changed line (also inside a built FMU or a subprocess) up
 to the first failure; a mutant that survives these gets all other default tests. Of C the first are
 the tests of native FMUs; of JavaScript those of the page, then the page in a browser. `--matrix`
-goes on after failures: which tests catch which mutants? `--again FILE...` runs these test files on
-the survivors. The mutants follow from the seed, a new one each week, in turns from each package: a
-larger count continues a smaller one. Results are appended to a file, so that an interrupted run
-continues. equivalent_mutants.toml lists mutants that change no result, with the reason.
+goes on after failures: which tests catch which mutants? `--again 'FILE …'` runs these test files on
+the survivors. The mutants follow from the seed, a new one each week, in turns from each package; a
+larger count continues a smaller one, an interrupted run goes on by the file of its results.
 
 mutmut 3.8 writes its dispatch and imports into the sources, from where they would be packed into
 the FMUs; cosmic-ray 8.7 runs all tests on every mutant. Both change Python only.
@@ -39,23 +38,25 @@ from typing import NamedTuple
 import pytest
 from mutants import ROOT, Mutant, packages, sample
 
+from golf_impact.files import read_toml
+
 #: They compare documents with the code: a defect that they notice may be written down by mistake.
 NO_EVIDENCE = tuple(
     f"tests/commands/test_documents.py::test_{name}"
     for name in ("tables_are_those_of_the_code", "contracts", "scenarios_import_no_machinery")
 )
 
-#: By the language: tests that come first, and then. Of Python those that execute a line are first.
-DEFAULT: tuple[str, ...] = ()
-NATIVE = "--native", "tests/numbers", "tests/contract"
-BROWSER = "-m", "browser", "tests/page"
-SUITES = {".py": (DEFAULT, DEFAULT), ".c": (NATIVE, DEFAULT), ".js": (("tests/page",), BROWSER)}
+#: By the language: the tests that come first, then, and in the matrix. Of Python those come first
+#: that execute a line.
+NATIVE, BOTH = ("--native", "tests/numbers", "tests/contract"), ("-m", "browser or not browser")
+SUITES: dict[str, tuple[tuple[str, ...], ...]] = {
+    ".py": ((), (), ()),
+    ".c": (NATIVE, (), NATIVE),
+    ".js": (("tests/page",), ("tests/page", "-m", "browser"), ("tests/page", *BOTH)),
+}
 
-#: s, measured: so many of the tests that execute its line are run on every mutant.
-_FIRST = 60.0
-
-#: s; a test that takes longer is in a loop without end.
-_LONGEST = 300
+#: s: so many of the tests that execute its line come first; a longer test is an endless loop.
+_FIRST, _LONGEST = 60.0, 300
 
 
 # In the test processes this file is a plugin: it records which test executes which line (coverage
@@ -72,11 +73,6 @@ def pytest_collection_modifyitems(items):
         items[:] = [i for i in items if i.nodeid not in skip and (i.nodeid in place or not run)]
         items.sort(key=lambda item: place.get(item.nodeid, 0))
         resource.setrlimit(resource.RLIMIT_DATA, (8 << 30, 8 << 30))
-        from golf_impact.fmu import current_fmu
-
-        # Where commands find them: otherwise they report that they had to build them.
-        for fmi in (2, 3):
-            current_fmu(fmi=fmi)
 
 
 @pytest.hookimpl(wrapper=True)
@@ -161,7 +157,8 @@ class Coverage(NamedTuple):
             if not ran:
                 raise SystemExit(f"no test has run: see {data / 'log'}")
             seconds, lines = {name: taken for name, _, taken in ran}, cls._lines(data)
-            ran += checkout.run(*NATIVE, every=True)[1] + checkout.run(*BROWSER, every=True)[1]
+            for suite in NATIVE, SUITES[".js"][1]:
+                ran += checkout.run(*suite, every=True)[1]
             skip = [name for name, bad, _ in ran if bad or name.startswith(NO_EVIDENCE)]
             place.write_text(json.dumps([seconds, skip, lines]))
         return cls(*json.loads(place.read_text()))
@@ -194,17 +191,15 @@ class Coverage(NamedTuple):
         return [name for name, time in zip(tests, until) if time <= limit]
 
 
-def try_mutant(
-    mutant: Mutant, stage: str, checkout: Checkout, known: Coverage, files: Sequence[str] = ()
-) -> dict:
-    """Run on one mutant the tests that are `first` or `then`, the `matrix`, or `again` files."""
-    first, then = SUITES[Path(mutant.file).suffix]
-    covering = known.tests(mutant, _FIRST if stage != "matrix" else inf) if not first else []
-    suite, run, skip = first or {name.partition("::")[0] for name in covering}, covering, known.skip
-    if stage == "then":
-        suite, run, skip = then, [], skip + covering
-    elif stage == "again":
-        suite, run = files, []
+def try_mutant(mutant: Mutant, stage: str, checkout: Checkout, known: Coverage) -> dict:
+    """Run on one mutant the tests of a stage: `first`, `then`, `matrix`, or files to run again."""
+    suites = dict(zip(("first", "then", "matrix"), SUITES[Path(mutant.file).suffix]))
+    suite, run, skip = suites.get(stage, stage.split()), [], known.skip
+    if mutant.file.endswith(".py") and stage in suites:
+        run = known.tests(mutant, inf if stage == "matrix" else _FIRST)
+        suite = {name.partition("::")[0] for name in run}
+        if stage == "then":
+            suite, run, skip = (), [], skip + run
     begin, state, ran = time.perf_counter(), "survived", []
     if suite or stage == "then":
         plan, target = checkout.folder / "plan", checkout.root / mutant.file
@@ -217,16 +212,7 @@ def try_mutant(
     return {"key": mutant.key, "stage": stage, "state": state, "by": by, "seconds": seconds}
 
 
-def equivalents() -> dict[tuple[str, ...], str]:
-    """Reasons why mutants are equivalent, by their differences."""
-    from golf_impact.files import read_toml
-
-    rows = read_toml(ROOT / "tests" / "tools" / "equivalent_mutants.toml")["mutants"]
-    return {tuple(difference): reason for *difference, reason in rows}
-
-
 def print_table(columns: Sequence[str], counts: dict[str, Counter]) -> None:
-    """Print counts by row and column."""
     print(f"{'':44}", *(f"{name:>10}" for name in columns))
     for row, count in counts.items():
         print(f"{row:44}", *(f"{count[name]:10}" for name in columns))
@@ -236,15 +222,13 @@ def share(chosen: list[Mutant], results: dict, reasons: dict) -> float:
     """Print survivors and a table by package; the share caught of those that aren't equivalent."""
     counts: dict[str, Counter] = {package: Counter() for package in (*packages(), "all")}
     for mutant in chosen:
-        state = results.get(mutant.key, {"state": "not run"})["state"]
-        if reason := reasons.get(tuple(mutant.difference), ""):
-            state = "equivalent"
+        reason = reasons.get(tuple(mutant.difference), "")
+        state = "equivalent" if reason else results.get(mutant.key, {}).get("state", "not run")
         if state in ("survived", "equivalent"):
             print(state, *mutant.difference, *filter(None, [reason]), sep="\n  ")
         for package in (str(Path(mutant.file).parent), "all"):
             counts[package].update([state, "mutants"])
-    columns = "mutants", "caught", "timeout", "survived", "equivalent", "not run"
-    print_table(columns, counts)
+    print_table(("mutants", "caught", "timeout", "survived", "equivalent", "not run"), counts)
     caught = counts["all"]["caught"] + counts["all"]["timeout"]
     return caught / max(1, caught + counts["all"]["survived"])
 
@@ -253,24 +237,23 @@ def print_matrix(chosen: list[Mutant], results: dict) -> None:
     """Print of each test file how many mutants it catches, and how many no other file does."""
     files = sorted(str(path.relative_to(ROOT)) for path in ROOT.glob("tests/**/test_*.py"))
     counts: dict[str, Counter] = {file: Counter() for file in files}
-    for mutant in chosen:
-        tests = results.get(mutant.key, {"by": []})["by"]
-        files = {name.partition("::")[0] for name in tests}
-        for file in files:
-            counts[file].update(["caught", *(["alone"] if len(files) == 1 else [])])
+    for row in (results[mutant.key] for mutant in chosen if mutant.key in results):
+        catching = {name.partition("::")[0] for name in row["by"]}
+        for file in catching:
+            counts[file].update(["caught", "alone"] if len(catching) == 1 else ["caught"])
     print_table(("caught", "alone"), counts)
 
 
 def main(arguments: list[str] | None = None) -> float:
     """Test mutants as the arguments say; see `share`."""
     year, week, _ = date.today().isocalendar()
-    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser = argparse.ArgumentParser()
     parser.add_argument("--count", type=int, default=300, help="mutants")
     parser.add_argument("--seed", type=int, default=100 * year + week, help="default: this week's")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--folder", type=Path, default=ROOT / "build" / "mutation")
     parser.add_argument("--matrix", action="store_true", help="all tests, whatever fails")
-    parser.add_argument("--again", nargs="+", default=(), help="test files to run on survivors")
+    parser.add_argument("--again", default="", help="test files to run on survivors")
     options = parser.parse_args(arguments)
     print("seed", options.seed)
     options.folder.mkdir(parents=True, exist_ok=True)
@@ -278,23 +261,25 @@ def main(arguments: list[str] | None = None) -> float:
     log = options.folder / ("matrix.jsonl" if options.matrix else "results.jsonl")
     log.touch()
     results = {row["key"]: row for row in map(json.loads, log.open())}
-    reasons, checkouts = equivalents(), queue.Queue[Checkout]()
+    rows = read_toml(ROOT / "tests" / "tools" / "equivalent_mutants.toml")["mutants"]
+    reasons = {tuple(difference): reason for *difference, reason in rows}
+    checkouts = queue.Queue[Checkout]()
     for n in range(options.workers):
         checkouts.put(Checkout(options.folder / f"worker{n}"))
 
     def step(stage: str, mutant: Mutant) -> None:
         last = results.get(mutant.key, {"state": "survived", "stage": ""})
-        done = last["stage"] in (stage, "then", "again") and stage != "again"
+        done = last["stage"] in (stage, "then") and not options.again
         if done or last["state"] != "survived" or tuple(mutant.difference) in reasons:
             return
         checkout = checkouts.get()
-        results[mutant.key] = try_mutant(mutant, stage, checkout, known, options.again)
+        results[mutant.key] = try_mutant(mutant, stage, checkout, known)
         checkouts.put(checkout)
         with log.open("a") as file:
             print(json.dumps(results[mutant.key]), file=file, flush=True)
 
-    stages = ["again"] if options.again else ["matrix"] if options.matrix else ["first", "then"]
-    for stage in stages:
+    stages = ["first", "then"] if not options.matrix else ["matrix"]
+    for stage in [options.again] if options.again else stages:
         with ThreadPoolExecutor(options.workers) as pool:
             list(pool.map(partial(step, stage), chosen))
     caught = share(chosen, results, reasons)
