@@ -2,20 +2,7 @@
    nothing clashes where it is linked statically (TwinCAT, Simulink). FMI2_FUNCTION_PREFIX and
    FMI3_FUNCTION_PREFIX are honoured. */
 
-#include "golf.h"
-
-#include "big.c"
-#include "chebyshev.c"
-#include "extended.c"
-#include "closed_form.c"
-#include "power_law.c"
-#include "law.c"
-#include "ode.c"
-#include "contact.c"
-#include "impact.c"
-#include "refusals.c"
-#include "component.c"
-#include "outputs.c"
+#include "physics.c"
 #include "state.c"
 
 #if FMI_VERSION == 3

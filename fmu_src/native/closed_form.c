@@ -242,39 +242,15 @@ static State closed_form_dense(const ClosedForm *o, double angle)
     return (State){force, x, x - d, v_club, v_ball, d};
 }
 
-/* cos Rt and sin Rt with their decay, at the end of contact. */
-static void closed_form_at_end(const ClosedForm *o, double *c, double *s)
-{
-    double t = o->duration, size = exp(-o->rates.c * t), angle = o->rates.s * t;
-    *c = size * cos(angle);
-    *s = size * sin(angle);
-}
-
-static void closed_form_end_velocities(const ClosedForm *o, double *v_club, double *v_ball)
-{
-    double r = o->rates.a, t = o->duration, c, s;
-    Row club = o->v_club, ball = o->v_ball;
-    closed_form_at_end(o, &c, &s);
-    if (r) {
-        double e = 1.0 + expm1(-r * t);
-        *v_club = club.a * e + club.c * c + club.s * s;
-        *v_ball = ball.a * e + ball.c * c + ball.s * s;
-        return;
-    }
-    *v_club = club.a + club.c * c + club.s * s;
-    *v_ball = ball.a + ball.c * c + ball.s * s;
-    if (!o->acceleration) return;
-    *v_club += o->acceleration * t;
-    *v_ball += o->acceleration * t;
-}
-
+/* The bodies at the end of contact. */
 static Motion closed_form_end(const ClosedForm *o)
 {
     double t = o->duration, r = o->rates.a, h = o->rates.c, frequency = o->rates.s;
-    double v_club, v_ball, c, s;
+    double size = exp(-h * t), angle = frequency * t, c = size * cos(angle), s = size * sin(angle);
+    double e = r ? 1.0 + expm1(-r * t) : 1.0;
     Row club = o->v_club, ball = o->v_ball;
-    closed_form_at_end(o, &c, &s);
-    closed_form_end_velocities(o, &v_club, &v_ball);
+    double v_club = club.a * e + club.c * c + club.s * s;
+    double v_ball = ball.a * e + ball.c * c + ball.s * s;
     double square = h * h + frequency * frequency, x = o->start.x_club - o->start.compression;
     x += ((h * ball.c + frequency * ball.s) * (1.0 - c) + (frequency * ball.c - h * ball.s) * s)
          / square;
@@ -286,6 +262,8 @@ static Motion closed_form_end(const ClosedForm *o)
     double left = o->damper ? o->d.c * c + o->d.s * s : 0.0;
     if (o->acceleration) {
         x += 0.5 * o->acceleration * t * t;
+        v_club += o->acceleration * t;
+        v_ball += o->acceleration * t;
         left = larger(0.0, o->d.a + o->d.c * c + o->d.s * s);
     }
     double closing = (club.c - ball.c) * c + (club.s - ball.s) * s;

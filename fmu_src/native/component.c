@@ -126,13 +126,23 @@ static int are_ordinary(Inputs inputs)
            && is_moderate(inputs.club_force);
 }
 
+static Inputs inputs_of(const double values[])
+{
+    return (Inputs){values[0], values[1], values[2], values[3]};
+}
+
+static Parameters parameters_of(const double values[])
+{
+    Parameters p;
+    memcpy(&p, values + INPUTS, sizeof p);
+    return p;
+}
+
 static Host hold(const Component *c)
 {
     Host host;
-    const double *v = c->is.values;
-    Parameters p;
-    memcpy(&p, v + INPUTS, sizeof p);
-    host.is_held = !(are_ordinary((Inputs){v[0], v[1], v[2], v[3]}) && are_ordinary(c->is.inputs)
+    Parameters p = parameters_of(c->is.values);
+    host.is_held = !(are_ordinary(inputs_of(c->is.values)) && are_ordinary(c->is.inputs)
                      && 1e-6 < p.m_club && p.m_club < 1e6 && 1e-6 < p.m_ball && p.m_ball < 1e6
                      && p.gap < 1e30 && is_moderate(p.ball_speed) && p.exponent == 1.0
                      && is_moderate(c->is.impact.touch.club_speed));
@@ -146,18 +156,6 @@ static void release(const Host *host)
 }
 
 /* INITIALIZATION */
-
-static Inputs inputs_of(const double values[])
-{
-    return (Inputs){values[0], values[1], values[2], values[3]};
-}
-
-static Parameters parameters_of(const double values[])
-{
-    Parameters p;
-    memcpy(&p, values + INPUTS, sizeof p);
-    return p;
-}
 
 /* Steps of this size from an instant on. */
 static void begin_steps(Component *c, Instant begin, double size)

@@ -2,20 +2,7 @@
    stepped and read by value references, as an importer does. Numbers pass as doubles; a sentence that
    says why something is refused is at `text`. Nothing is imported: no input, no output. */
 
-#include "golf.h"
-
-#include "big.c"
-#include "chebyshev.c"
-#include "extended.c"
-#include "closed_form.c"
-#include "power_law.c"
-#include "law.c"
-#include "ode.c"
-#include "contact.c"
-#include "impact.c"
-#include "refusals.c"
-#include "component.c"
-#include "outputs.c"
+#include "physics.c"
 
 /* wasi-libc's would import a source of random numbers. */
 uintptr_t __stack_chk_guard = 1;

@@ -1,0 +1,16 @@
+/* The physics and the component, without FMI: each file needs those above it. */
+
+#include "golf.h"
+
+#include "big.c"
+#include "chebyshev.c"
+#include "extended.c"
+#include "closed_form.c"
+#include "power_law.c"
+#include "law.c"
+#include "ode.c"
+#include "contact.c"
+#include "impact.c"
+#include "refusals.c"
+#include "component.c"
+#include "outputs.c"
