@@ -1,41 +1,94 @@
-"""`import golf_impact`: its functions, and lazy imports."""
+"""`import golf_impact`: names, documentation with examples, arguments, errors, lazy imports."""
 
 import doctest
+import inspect
+import math
 import sys
+from decimal import Decimal
+from fractions import Fraction
 from functools import partial
+from importlib import import_module
 
+import numpy as np
 import pytest
 from command import run as run_process
 from command import run_python
 
 import golf_impact
+from golf_impact import Impact, UserError
+
+PUBLIC = (
+    "Ball", "Calibration", "Impact", "UserError", "balls", "calibrate", "read_ball", "run_impact",
+    "run_impacts", "run_trajectory", "sensitivities", "sweep",
+)  # fmt: skip
+
+
+# Names and documentation
 
 
 def test_public_names():
-    assert golf_impact.__all__ == sorted(golf_impact.__all__)
-    assert set(golf_impact.__all__) <= set(dir(golf_impact))
-    assert all(callable(getattr(golf_impact, name)) for name in golf_impact.__all__)
+    assert golf_impact.__all__ == [*PUBLIC]
+    assert {*PUBLIC, "__version__"} <= set(dir(golf_impact))
     with pytest.raises(AttributeError, match="no attribute 'golf'"):
         golf_impact.golf  # noqa: B018
+    for module, names in {
+        "golf_impact.scenario": ("Result", "main"),
+        "golf_impact.fmu": ("current_fmu", "current_system"),
+        "golf_impact.reference": ("Reference",),
+    }.items():
+        assert all(callable(getattr(import_module(module), name)) for name in names)
 
 
-def test_the_example_in_the_docstring(tmp_path, monkeypatch):
+#: Public functions and methods by name.
+FUNCTIONS = {
+    name: member
+    for public in PUBLIC
+    for name, member in [
+        (public, getattr(golf_impact, public)),
+        *(
+            (f"{public}.{name}", member)
+            for name, member in inspect.getmembers(getattr(golf_impact, public))
+            if not name.startswith("_") and inspect.isfunction(member)
+        ),
+    ]
+}
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_documentation(name):
+    """It has a summary and describes each argument by name; what raises UserError says so."""
+    function = FUNCTIONS[name]
+    text = inspect.getdoc(function) or ""
+    assert text.partition("\n")[0].rstrip().endswith((".", ":", ";", ",")) or "\n" in text
+    if inspect.isclass(function):
+        return
+    arguments = inspect.signature(function).parameters.values()
+    described = [p.name for p in arguments if p.kind is not p.VAR_KEYWORD and p.name != "self"]
+    if len(described) > 2:
+        assert "Args:" in text
+        assert [one for one in described if f"{one}: " not in text] == []
+    if "raise UserError" in inspect.getsource(function):
+        assert "UserError" in text
+
+
+@pytest.mark.parametrize("name", PUBLIC)
+def test_examples_in_the_documentation(name, tmp_path, monkeypatch):
+    """They run, where there are some."""
+    monkeypatch.chdir(tmp_path)
+    thing = getattr(golf_impact, name)
+    runner, names = doctest.DocTestRunner(), vars(golf_impact) | {name: thing}
+    for example in doctest.DocTestFinder(recurse=False).find(thing, name, globs=names):
+        runner.run(example)
+    assert runner.failures == 0
+    if name in ("run_impacts", "run_trajectory", "sensitivities", "sweep"):
+        assert runner.tries > 0
+
+
+def test_the_example_of_the_module(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     result = doctest.testmod(golf_impact)
     assert result.attempted >= 8
     assert result.failed == 0
-
-
-def test_the_functions(fmu_path):
-    values = {"law": 2, "club_speed": 40.0}
-    path = golf_impact.run_trajectory(7, ("force",), **values)
-    with golf_impact.Impact(fmu_path) as impact:
-        assert golf_impact.run_impact(**values) == impact(**values)
-        expected = impact.trajectory(7, ("force",), **values)
-    assert list(path) == list(expected)
-    assert all((path[name] == expected[name]).all() for name in path)
-    with pytest.raises(golf_impact.UserError, match=r"k = -1\.0"):
-        golf_impact.run_impact(k=-1.0)
 
 
 @pytest.mark.ci
@@ -50,43 +103,6 @@ def test_public_names_have_types(tmp_path):
     )
     words = "-m", "mypy", "--strict", "--no-incremental", "--config-file=", "user.py"
     run_process(sys.executable, *words, cwd=tmp_path)
-
-
-def sweep(outputs=("impulse",), **values):
-    return golf_impact.sweep({"k": 1e6, **values}, outputs)
-
-
-RUNS = {
-    "impact": golf_impact.run_impact,
-    "impacts": golf_impact.run_impacts,
-    "trajectory": golf_impact.run_trajectory,
-    "times": partial(golf_impact.run_trajectory, times=[1e-4]),
-    "sensitivities": golf_impact.sensitivities,
-    "sweep": sweep,
-}
-
-
-@pytest.mark.parametrize("run", RUNS.values(), ids=RUNS)
-def test_names(run):
-    """One name, or any iterable; the error for another one names it and a similar one."""
-    for outputs in ("impulse", iter(["impulse"])):
-        assert "impulse" in run(outputs=outputs)
-    for given, name, similar in (
-        ({"outputs": ["force", "impluse"]}, "impluse", "impulse"),
-        ({"clubspeed": 40.0}, "clubspeed", "club_speed"),
-    ):
-        with pytest.raises(
-            golf_impact.UserError, match=f"'{name}' .did you mean {similar}"
-        ) as caught:
-            run(**given)
-        assert caught.value.variable == name
-        assert caught.value.reason.startswith("choose from ")
-
-
-@pytest.mark.parametrize("run", [golf_impact.run_impact, golf_impact.run_trajectory])
-def test_flags_are_no_numbers(run):
-    with pytest.raises(golf_impact.UserError, match="no output 'touched' of type Real: choose"):
-        run(outputs=["touched"])
 
 
 _WITHOUT_FMU = """
@@ -106,3 +122,119 @@ print(*{"fmpy", "pythonfmu", "matplotlib"} & {*sys.modules})
 
 def test_no_fmu_is_loaded_for_an_impact():
     assert run_python(_WITHOUT_FMU).stdout == "\n"
+
+
+# Arguments of functions, and of the FMU through `Impact`
+
+
+@pytest.fixture(scope="module")
+def impact(fmu_path):
+    with Impact(fmu_path) as impact:
+        yield impact
+
+
+def sweep(outputs=("impulse",), **values):
+    return golf_impact.sweep({"k": 1e6, **values}, outputs)
+
+
+RUNS = {
+    "impact": golf_impact.run_impact,
+    "impacts": golf_impact.run_impacts,
+    "trajectory": golf_impact.run_trajectory,
+    "times": partial(golf_impact.run_trajectory, times=[1e-4]),
+    "sensitivities": golf_impact.sensitivities,
+    "sweep": sweep,
+    "FMU": None,
+}
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_names(name, impact):
+    """One name, or any iterable; the error for another one names it and a similar one."""
+    run = RUNS[name] or impact
+    for outputs in ("impulse", iter(["impulse"]))[name == "FMU" :]:
+        assert "impulse" in run(outputs=[*outputs] if name == "FMU" else outputs)
+    for given, name, similar in (
+        ({"outputs": ["force", "impluse"]}, "impluse", "impulse"),
+        ({"clubspeed": 40.0}, "clubspeed", "club_speed"),
+    ):
+        with pytest.raises(UserError, match=f"'{name}' .did you mean {similar}") as caught:
+            run(**given)
+        assert caught.value.variable == name
+        assert caught.value.reason.startswith("choose from ")
+
+
+def test_in_this_process_are_the_numbers_of_the_fmu(impact):
+    values = {"law": 2, "club_speed": 40.0}
+    assert golf_impact.run_impact(**values) == impact(**values)
+    path = golf_impact.run_trajectory(7, ("force",), **values)
+    expected = impact.trajectory(7, ("force",), **values)
+    assert list(path) == list(expected)
+    assert all((path[name] == expected[name]).all() for name in path)
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"k": -1.0, "b": -2.0}, r"k = -1\.0 .*"),
+        ({"law": 1.5}, "law = 1.5"),
+        ({"exponent": 2.0}, "exponent = 2.0"),
+        ({"force": 1.0}, "no input or parameter 'force'"),
+    ],
+)
+def test_a_value_that_is_refused(impact, values, words):
+    """simulate_fmu itself returns the rows before a refused step."""
+    for run in (
+        golf_impact.run_impact,
+        golf_impact.run_trajectory,
+        impact,
+        lambda **values: impact.simulate(start_values=values),
+    ):
+        with pytest.raises(UserError, match=words):
+            run(**values)
+    assert impact()["smash_factor"] == 1.5641431548673967
+
+
+def test_the_error_has_the_first_of_several_refusals():
+    with pytest.raises(UserError) as caught:
+        golf_impact.run_impact(k=-1.0, b=-2.0)
+    error = caught.value
+    assert (error.variable, error.value) == ("k", -1.0)
+    assert error.reason == "it must be a finite number > 0"
+
+
+def test_messages_reach_their_own_instance(impact):
+    """Also after another instance has come and gone."""
+    with Impact(impact.path) as other, pytest.raises(UserError, match="b = -1"):
+        other.start(b=-1.0)
+    with pytest.raises(UserError, match="k = -1"):
+        impact(k=-1.0)
+
+
+def test_one_step_and_one_read_for_metrics(impact, monkeypatch):
+    """An impact without a trajectory takes one communication step and one call of getReal."""
+    calls = []
+    for name in ("doStep", "getReal"):
+        call = getattr(impact.instance, name)
+        monkeypatch.setattr(
+            impact.instance, name, lambda *a, name=name, call=call: calls.append(name) or call(*a)
+        )
+    impact(k=8e5)
+    assert calls == ["doStep", "getReal"]
+
+
+@pytest.mark.parametrize("run", [golf_impact.run_impact, golf_impact.run_trajectory])
+def test_what_is_no_number(run):
+    with pytest.raises(UserError, match="no output 'touched' of type Real: choose"):
+        run(outputs=["touched"])
+    for value in ("2", None, [2], [[1], [1, 2]], math.nan):
+        with pytest.raises(UserError, match="law = "):
+            run(law=value)
+
+
+@pytest.mark.parametrize("k", [10**20, Decimal("8e5"), Fraction(5e6) / 3, np.float32(8e5)])
+def test_any_real_number(k):
+    expected = golf_impact.run_impact(["contact_time"], k=float(k))
+    assert golf_impact.run_impact(["contact_time"], k=k) == expected
+    found = golf_impact.run_impacts(["contact_time"], k=[k, k])["contact_time"]
+    assert found == pytest.approx(expected["contact_time"], rel=1e-13)

@@ -7,6 +7,7 @@ import shutil
 import sys
 from itertools import chain
 from pathlib import Path
+from pkgutil import resolve_name
 
 import nbformat
 import pytest
@@ -23,7 +24,8 @@ from golf_impact.scripts import BY_NAME, FOLDER, SCENARIOS
 
 PROJECT = read_toml(ROOT / "pyproject.toml")["project"]
 
-FOLDERS = ("", "fmu_src", "fmu_src/golf_physics/companions", "build", "scenarios", "tests")
+FOLDERS = ("fmu_src", "fmu_src/golf_physics/companions", "build", "scenarios", "tests")
+DOCUMENTS = "README.md", ".github/CONTRIBUTING.md", *(f"{one}/README.md" for one in FOLDERS)
 
 
 def test_tables_are_those_of_the_code():
@@ -51,17 +53,23 @@ def anchors(file):
     return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
-@pytest.mark.parametrize(
-    "file", [*(f"{one}/README.md" for one in FOLDERS), ".github/CONTRIBUTING.md"]
-)
+@pytest.mark.parametrize("file", DOCUMENTS)
 def test_links_lead_somewhere(file):
-    document = ROOT / file.lstrip("/")
+    document = ROOT / file
     for target in re.findall(r"\]\(([^)]+)\)", document.read_text("utf-8")):
         if not target.startswith(("http://", "https://")):
             path, _, anchor = target.partition("#")
             there = document.parent / path if path else document
             assert there.exists(), target
             assert not anchor or anchor in anchors(there), target
+
+
+@pytest.mark.parametrize("file", DOCUMENTS)
+def test_names_of_modules_exist(file):
+    text = (ROOT / file).read_text("utf-8")
+    for dotted in {*re.findall(r"\bgolf_(?:physics|impact|build)(?:\.\w+)+\b(?!/)", text)}:
+        if not dotted.endswith((".py", ".toml")):
+            resolve_name(dotted)
 
 
 # Programs in them
