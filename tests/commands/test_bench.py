@@ -12,13 +12,13 @@ from pathlib import Path
 import fmpy
 import pytest
 from cases import DEFAULTS
+from command import golf_here, refused
 from fmpy import read_model_description
 from fmus import begin, get, make_instance
 
 import run_time_vs_error
-from golf_impact.commands import bench as command
-from golf_impact.errors import UserError
-from golf_impact.fmu import Impact
+from golf_impact.commands import bench
+from golf_impact.fmu import Impact, current_native
 from golf_impact.peers import dop853, empty_fmu, fmus, stepped_impact, ways
 from golf_impact.peers.ways import EMPTY, METRICS, NATIVE, OURS, Way
 from golf_impact.reference import Reference
@@ -39,14 +39,13 @@ def error(found, right):
 
 @pytest.mark.ci
 def test_results(tmp_path):
-    assert command.bench(quick=True, folder=tmp_path) == 0
+    golf_here("bench", "--quick", "--out", tmp_path, code=0)
     results = json.loads((tmp_path / "bench.json").read_text())
     assert {"processor", "python", "fmpy", "pythonfmu"} <= results["machine"].keys()
     assert (tmp_path / "run_time_vs_error.png").read_bytes().startswith(b"\x89PNG")
     for law in (1, 2):
         rows = [row for row in results["rows"] if row["law"] == law]
-        assert rows[0]["name"] == OURS
-        assert rows[0]["ratio"] == 1.0
+        assert (rows[0]["name"], rows[0]["ratio"]) == (OURS, 1.0)
         for row in rows:
             assert row["called"]
             assert row["microseconds"] > 0.0
@@ -56,6 +55,15 @@ def test_results(tmp_path):
         assert max(row["error"] for row in rows if row["name"] in (OURS, NATIVE)) < 1e-14
         steps = [row for row in rows if row["name"].startswith(("explicit Euler", "Runge–Kutta"))]
         assert all(1e-15 < row["error"] < 0.1 for row in steps)
+
+
+def test_a_missing_package(monkeypatch, tmp_path):
+    monkeypatch.setattr(bench, "find_spec", lambda name: None if name == "mpmath" else name)
+    done = golf_here("bench", "--quick", cwd=tmp_path)
+    refused(done, "bench needs mpmath: install it with ", "[bench]")
+
+
+# The other methods
 
 
 @pytest.mark.parametrize("law", [1, 2])
@@ -91,18 +99,24 @@ def test_dop853(law):
 
 
 def test_without_a_compiler_the_methods_are_in_python(fmu_path, tmp_path, monkeypatch):
+    """Each is called in one way; sub-steps cover four decades."""
     monkeypatch.setattr(fmus, "compiler", lambda: None)
     with Impact(fmu_path) as impact:
-        rows, points = ways.compared(impact, None, str(tmp_path), quick=True)
-    names = [way.name for way in rows + points]
-    assert "Runge–Kutta 4, Python FMU" in names
-    assert not [name for name in names if "C FMU" in name]
+        rows, points = ways.compared(impact, None, str(tmp_path), quick=False)
+    assert "Runge–Kutta 4, Python FMU" in [way.name for way in rows]
+    assert not [way.name for way in rows + points if "C FMU" in way.name]
     assert len({way[:2] for way in rows}) == len(rows)
+    curves = Counter(way.name for way in points)
+    assert len(curves) == 3
+    assert min(curves.values()) >= 6
+    called = {way.called for way in points}
+    for dt in ("10", "0.001"):
+        assert f"k set, doStep of {dt} µs sub-steps, getReal" in called
 
 
 @COMPILED
-def test_ways_in_c_compute_the_same(fmu_path, native_path, tmp_path):
-    with Impact(fmu_path) as impact, Impact(native_path) as in_c:
+def test_ways_in_c_compute_the_same(fmu_path, tmp_path):
+    with Impact(fmu_path) as impact, Impact(current_native()) as in_c:
         rows, _ = ways.compared(impact, in_c, str(tmp_path), quick=True)
         for law in (1, 2):
             found = {way[:2]: way.prepare(law)(9e5) for way in rows if way.name != EMPTY}
@@ -112,15 +126,16 @@ def test_ways_in_c_compute_the_same(fmu_path, native_path, tmp_path):
                 assert values == found[same, called.removeprefix("in C: ")]
 
 
-def test_sub_steps_cover_four_decades(fmu_path, tmp_path):
-    with Impact(fmu_path) as impact:
-        _, points = ways.compared(impact, None, str(tmp_path), quick=False)
-    curves = Counter(way.name for way in points)
-    assert len(curves) == 3
-    assert min(curves.values()) >= 6
-    called = {way.called for way in points}
-    for dt in ("10", "0.001"):
-        assert f"k set, doStep of {dt} µs sub-steps, getReal" in called
+def test_the_empty_fmu_has_as_many_variables(fmu_path, tmp_path):
+    empty = fmus.build_plain_fmu(Path(empty_fmu.__file__), tmp_path)
+    ours, others = (
+        Counter((v.causality, v.type) for v in read_model_description(path).modelVariables)
+        for path in (fmu_path, empty)
+    )
+    assert ours == others
+
+
+# Fairness: every impact is another one, rounds are interleaved
 
 
 def test_k_changes_at_every_impact(fmu_path):
@@ -138,10 +153,14 @@ def test_k_changes_at_every_impact(fmu_path):
     assert all(a != b for a, b in pairwise(ks[:-2]))
 
 
-def test_a_missing_package(monkeypatch):
-    monkeypatch.setattr(command, "find_spec", lambda name: None if name == "mpmath" else name)
-    with pytest.raises(UserError, match=r"bench needs mpmath: install it with .*\[bench\]"):
-        command.bench(quick=True)
+def test_rounds_are_interleaved():
+    order = []
+    jobs = [lambda name=name: order.append(name) for name in "ab"]
+    assert len(measure_interleaved(jobs, rounds=3, least=0.0)) == 2
+    assert "".join(order) == "aaabbb" + "ab" * 3
+
+
+# Counts that speed follows from
 
 
 def calls_inside(scene):
@@ -177,19 +196,3 @@ def test_calls_inside_the_fmu(fmu, law):
     # Measured: a little over 3 for each.
     assert 200 <= few <= 400
     assert many <= 31 * few
-
-
-def test_the_empty_fmu_has_as_many_variables(fmu_path, tmp_path):
-    empty = fmus.build_plain_fmu(Path(empty_fmu.__file__), tmp_path)
-    ours, others = (
-        Counter((v.causality, v.type) for v in read_model_description(path).modelVariables)
-        for path in (fmu_path, empty)
-    )
-    assert ours == others
-
-
-def test_rounds_are_interleaved():
-    order = []
-    jobs = [lambda name=name: order.append(name) for name in "ab"]
-    assert len(measure_interleaved(jobs, rounds=3, least=0.0)) == 2
-    assert "".join(order) == "aaabbb" + "ab" * 3

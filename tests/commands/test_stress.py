@@ -5,10 +5,10 @@ import random
 
 import numpy as np
 import pytest
+from command import golf_here
 
 import stability
 from golf_impact import impact_checks, random_impacts
-from golf_impact.commands.stress import stress
 from golf_impact.fmu import Impact
 from golf_impact.scales import TOLERANCE
 
@@ -22,7 +22,7 @@ def impact(fmu_path):
 @pytest.mark.ci
 def test_results(tmp_path):
     """Nothing fails; a largest error has the case that repeats it."""
-    assert stress(quick=True, folder=tmp_path, seed=7) == 0
+    golf_here("stress", "--quick", "--seed", 7, "--out", tmp_path, code=0)
     checks = json.loads((tmp_path / "stress.json").read_text())["checks"]
     assert checks.keys() == stability.CLAIMS.keys()
     assert (tmp_path / "stability.png").read_bytes().startswith(b"\x89PNG")
@@ -61,16 +61,16 @@ def test_a_seed_repeats_impacts():
     assert first[40] != other[40]
 
 
-@pytest.mark.parametrize("number", range(20))
-def test_steps_add_up_exactly(number):
-    case = random_impacts.random_impact(5, number)
-    patterns = random_impacts.step_patterns(case, 1e-4, random.Random(number))
-    for steps in patterns.values():
-        for segment in case.segments:
-            sizes = [s.length for s in steps if (s.k, s.b) == (segment.k, segment.b)]
-            assert min(sizes) > 0.0
-            # Not only math.fsum: whatever the order, no bit is lost.
-            assert sum(sizes) == sum(reversed(sizes)) == segment.length
+def test_steps_add_up_exactly():
+    """Not only by math.fsum: whatever the order, no bit is lost."""
+    for number in range(20):
+        case = random_impacts.random_impact(5, number)
+        patterns = random_impacts.step_patterns(case, 1e-4, random.Random(number))
+        for steps in patterns.values():
+            for segment in case.segments:
+                sizes = [s.length for s in steps if (s.k, s.b) == (segment.k, segment.b)]
+                assert min(sizes) > 0.0
+                assert sum(sizes) == sum(reversed(sizes)) == segment.length
 
 
 def errors_of(impact, case):
@@ -92,6 +92,11 @@ def test_right_outputs_pass(impact, number):
     assert worst["state"] == 0.0
 
 
+def impact_case(**values):
+    values = random_impacts.BASELINE | {"law": 1} | values
+    return random_impacts.ImpactCase(values, random_impacts.segments_of(values, 9e-4))
+
+
 @pytest.mark.parametrize(
     ("fault", "check"),
     [
@@ -101,6 +106,7 @@ def test_right_outputs_pass(impact, number):
         ("kinetic_energy", "energy"),
         ("max_compression", "reference"),
         ("ball_velocity", "reference"),
+        ("club_velocity", "patterns"),
         ("force", "order"),
         ("contact_time", "order"),
         ("separated", "order"),
@@ -109,38 +115,24 @@ def test_right_outputs_pass(impact, number):
 def test_a_wrong_output_is_found(impact, monkeypatch, fault, check):
     follow = impact_checks.follow
 
-    def wrong(*arguments):
-        path = follow(*arguments)
-        if not path:  # of no steps
-            return path
-        # Flags and results so far go backwards.
-        backwards = path[fault][::-1]
-        return path | {fault: backwards if check == "order" else path[fault] * (1.0 + 1e-11)}
-
-    monkeypatch.setattr(impact_checks, "follow", wrong)
-    values = random_impacts.BASELINE | {"law": 1, "b": 0.0 if check == "energy" else 9.0}
-    case = random_impacts.ImpactCase(values, random_impacts.segments_of(values, 9e-4))
-    assert errors_of(impact, case)[check] > TOLERANCE
-
-
-def test_an_error_that_grows_with_steps_is_found(impact, monkeypatch):
-    follow = impact_checks.follow
-
     def wrong(impact, time, steps):
         path = follow(impact, time, steps)
-        return path | {"ball_velocity": path["ball_velocity"] * (1.0 + 1e-14 * len(steps))}
+        if not path:  # of no steps
+            return path
+        # Flags and results so far go backwards; one error grows with the number of steps.
+        size = 1.0 + (1e-14 * len(steps) if check == "patterns" else 1e-11)
+        return path | {fault: path[fault][::-1] if check == "order" else path[fault] * size}
 
     monkeypatch.setattr(impact_checks, "follow", wrong)
-    _, case = next(random_impacts.extreme_impacts())
-    assert errors_of(impact, case)["patterns"] > TOLERANCE
+    case = impact_case(b=0.0 if check == "energy" else 9.0)
+    assert errors_of(impact, case)[check] > TOLERANCE
 
 
 def test_another_state_is_found(impact, monkeypatch):
     slave, states = impact.instance, []
     restore = slave.setFMUstate
     for m_ball in (0.05, 0.04593):
-        values = random_impacts.BASELINE | {"law": 2, "m_ball": m_ball}
-        case = random_impacts.ImpactCase(values, random_impacts.segments_of(values, 5e-4))
+        case = impact_case(law=2, m_ball=m_ball)
         steps = random_impacts.step_patterns(case, 6e-4, random.Random(1))["equal"]
         impact_checks.start(impact, case)
         impact_checks.follow(impact, 0.0, steps[: len(steps) // 2])
@@ -150,16 +142,24 @@ def test_another_state_is_found(impact, monkeypatch):
     assert impact_checks.state_error(impact, case, steps) > 0.0
 
 
-@pytest.mark.ci
-def test_the_exit_code_of_an_error(monkeypatch, tmp_path, capsys):
-    follow = impact_checks.follow
+@pytest.mark.parametrize("worst", [0.0, 2e-13])
+def test_the_exit_code_of_an_error(monkeypatch, tmp_path, worst):
+    """stress.json has the case with the largest one."""
 
-    def wrong(*arguments):
-        path = follow(*arguments)
-        return path | {"momentum": path["momentum"] * (1.0 + 1e-11)}
+    def check(impact, case, rng, exact, equal):
+        for name in stability.CLAIMS:
+            largest = name == "momentum" and case.values["k"] == 1e12
+            yield name, "force", equal, worst if largest else 0.0
 
-    monkeypatch.setattr(impact_checks, "follow", wrong)
-    few = [*random_impacts.extreme_impacts()][:2]
-    monkeypatch.setattr(random_impacts, "extreme_impacts", lambda: few)
-    assert stress(quick=True, folder=tmp_path, seed=7) == 1
-    assert f"✗ {stability.CLAIMS['momentum']}" in capsys.readouterr().out
+    monkeypatch.setattr(impact_checks, "check", check)
+    done = golf_here("stress", "--quick", "--seed", 7, "--out", tmp_path, code=int(worst > 0.0))
+    sign = "✗" if worst > 0.0 else "✓"
+    assert f"{sign} {stability.CLAIMS['momentum']}" in done.stdout
+    found = json.loads((tmp_path / "stress.json").read_text())["checks"]["momentum"]
+    assert (found["worst"], found["tolerance"]) == (worst, TOLERANCE)
+    assert found["count"] == len(stability.list_impacts(7, quick=True))
+    if worst:
+        assert (
+            found["case"].items()
+            >= {"impact": "stiff, law 1", "output": "force", "k": 1e12}.items()
+        )

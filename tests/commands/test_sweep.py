@@ -1,24 +1,22 @@
-"""Sweeps: axes and samples, contents of the tables, Sobol indices, interruptions and errors."""
+"""`golf-impact sweep`: axes, samples, tables, indices, pictures, and a cluster of two workers."""
 
 import csv
 import json
+import logging
 import math
-import re
-import signal
 import sys
-import time
 
+import distributed
 import numpy as np
 import pyarrow.parquet
 import pytest
-from command import golf_here, golf_started, refused
+from command import golf_here, refused
 
 import golf_impact
 from golf_build import VERSION
-from golf_impact import sweep_table
+from golf_impact import sweep_cluster, sweep_table
 from golf_impact.ball import BALLS
 from golf_impact.sweep_picture import draw
-from golf_impact.sweep_table import write_table
 from golf_impact.sweeps import OUTPUTS, Design, parse_axis, sobol_indices
 
 
@@ -43,37 +41,15 @@ AXES = {
 
 @pytest.mark.parametrize("given", AXES, ids=str)
 def test_values_of_an_axis(given):
-    assert parse_axis("k", given).tolist() == AXES[given]
+    assert golf_impact.sweep({"k": given}, ["impulse"])["k"].tolist() == AXES[given]
 
 
-@pytest.mark.parametrize(
-    ("sets", "arguments", "words"),
-    [
-        ({"k": "2e6:1e6:5"}, {}, "above its end"),
-        ({"k": "log:0:1e6:5"}, {}, "above 0"),
-        ({"k": "1:2:0"}, {}, "1 to 10,000,000"),
-        ({"k": "1:2"}, {}, "write VALUE"),
-        ({"k": "1,inf"}, {}, "finite"),
-        ({"k": "norm:1:2"}, {}, "write VALUE"),
-        ({"k": "normal:1:0"}, {"samples": 1}, "> 0"),
-        ({"law": "1,-4294967295"}, {}, "1 .absolute. or 2"),
-        ({"law": "1.5"}, {}, "law=1.5 is refused: law is 1"),
-        ({"ball": "golf"}, {}, "choose from"),
-        ({"stiffness": "1"}, {}, "'stiffness': choose from k, b, club_speed"),
-        ({}, {}, "nothing is swept"),
-        ({"k": "normal:1e6:1"}, {}, "--samples"),
-        ({"k": "normal:1e6:1"}, {"samples": 0}, "at least 1"),
-        ({"k": "1"}, {"samples": 5}, "no distribution"),
-        ({"k": "1"}, {"method": "halton"}, "random, lhs, sobol"),
-        ({"k": "1"}, {"seed": -1}, "seed = -1"),
-        ({"k": "1"}, {"outputs": ("force", "force")}, "twice"),
-        ({"k": "1"}, {"outputs": ("k",)}, "no output 'k'"),
-        ({"k": "1:2:100000", "b": "1:2:100000"}, {}, "10,000,000,000 cases are refused"),
-    ],
-)
-def test_what_is_refused(sets, arguments, words):
-    with pytest.raises(golf_impact.UserError, match=words):
-        golf_impact.sweep(sets, **arguments)
+def test_units_of_an_axis():
+    """Of each number, or of the last for all."""
+    axis = parse_axis("club_speed", "90,95 mph")
+    assert axis == pytest.approx([90 * 0.44704, 95 * 0.44704], rel=1e-15)
+    assert parse_axis("club_speed", "95mph,40 m/s")[1] == 40.0
+    assert parse_axis("club_speed", "normal:95mph:2mph").std() == pytest.approx(2 * 0.44704)
 
 
 @pytest.mark.parametrize("method", ["random", "lhs", "sobol"])
@@ -103,12 +79,6 @@ def test_samples(method):
 # Contents
 
 
-@pytest.fixture(scope="module")
-def impact(fmu_path):
-    with golf_impact.Impact(fmu_path) as impact:
-        yield impact
-
-
 CASES = {
     "law 1": {"k": "0.5e6:2e6:7", "b": "0,9,300", "club_speed": "20,50,-1"},
     "both laws": {"law": "1,2", "k": "log:1:1e8:5", "gap": "0,0.2"},
@@ -117,20 +87,18 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("through", ["arrays", "FMU"])
-@pytest.mark.parametrize("form", ["csv", "parquet", "csv without pyarrow"])
+@pytest.mark.parametrize("form", ["csv", "parquet", "csv without pyarrow", "csv through the FMU"])
 @pytest.mark.parametrize("sets", CASES.values(), ids=CASES)
-def test_numbers_are_those_of_single_impacts(impact, tmp_path, monkeypatch, sets, form, through):
+def test_numbers_are_those_of_single_impacts(fmu_path, tmp_path, monkeypatch, sets, form):
     monkeypatch.setattr(sweep_table, "BLOCK", 3)
-    suffix, _, without = form.partition(" without ")
-    if without:
-        monkeypatch.setitem(sys.modules, without, None)
-    path, outputs = tmp_path / f"x.{suffix}", (*OUTPUTS, "separated")
-    design, seen = Design(sets, outputs), []
-    cases = range(design.cases)
-    fmu = impact if through == "FMU" else None
-    summary = write_table(path, design, cases, fmu, seen.append)
-    assert seen == [*range(3, design.cases, 3), design.cases]
+    suffix, through_fmu = form.split()[0], form.endswith("FMU")
+    if form.endswith("without pyarrow"):
+        monkeypatch.setitem(sys.modules, "pyarrow", None)
+    path, outputs = tmp_path / "new" / f"x.{suffix}", (*OUTPUTS, "separated")
+    options = [f"--set={name}={text}" for name, text in sets.items()]
+    options += ["--no-figures", "--outputs", ", ".join(outputs), "--out", path]
+    done = golf_here("sweep", *options, *["--fmu", fmu_path] * through_fmu, code=0)
+    assert [file.name for file in path.parent.iterdir()] == [path.name]
     if suffix == "csv":
         header, rows = rows_of(path)
     else:
@@ -143,7 +111,7 @@ def test_numbers_are_those_of_single_impacts(impact, tmp_path, monkeypatch, sets
         assert table.schema.metadata[b"version"].decode() == VERSION
         assert table.schema.field("club_velocity").metadata == {b"unit": b"m/s"}
     assert header == [*sets, *outputs]
-    assert len(rows) == design.cases
+    assert done.stdout.startswith(f"{len(rows)} cases in ")
     refusals = []
     for number, row in enumerate(rows, 1):
         given = dict(zip(sets, row))
@@ -153,15 +121,28 @@ def test_numbers_are_those_of_single_impacts(impact, tmp_path, monkeypatch, sets
         try:
             expected = golf_impact.run_impact(OUTPUTS, **values)
         except golf_impact.UserError as error:
-            refusals.append((number, str(error)))
+            refusals.append(f"the first is row {number}: {error}\n")
             assert {*cells} == {""}
             continue
         found = [float("nan" if cell == "" else cell) for cell in cells[:-1]]
-        same = {"rel": 1e-13 if fmu is None else 0.0, "abs": 0.0, "nan_ok": True}
+        same = {"rel": 0.0 if through_fmu else 1e-13, "abs": 0.0, "nan_ok": True}
         assert found == pytest.approx([*expected.values()], **same)
         assert int(cells[-1]) == (not math.isnan(expected["contact_time"]))
-    assert summary[:2] == (len(refusals), refusals[0] if refusals else None)
-    assert [math.isnan(v) for v in summary.drawn] == [row[len(sets)] == "" for row in rows]
+    assert len(rows) == math.prod(len(parse_axis(*one)) for one in sets.items())
+    assert (f"Refused: {len(refusals)} of them; {refusals[0]}" if refusals else "") in done.stdout
+    assert ("Refused" in done.stdout) == bool(refusals)
+
+
+def test_a_ball_with_conditions(tmp_path):
+    """Those of its measurement hold for all balls, unless they are swept."""
+    (tmp_path / "mine.toml").write_text("law = 2\nk = 8e5\n[conditions]\nclub_speed = 40\n")
+    options = ("--set=ball=mine.toml,document", "--outputs=ball_velocity,touched", "--out=x.csv")
+    for more, speed in ([], 40.0), (["--set=club_speed=30"], 30.0):
+        golf_here("sweep", *options, *more, "--no-figures", cwd=tmp_path, code=0)
+        _, rows = rows_of(tmp_path / "x.csv")
+        for row, ball in zip(rows, ({"law": 2, "k": 8e5}, {}), strict=True):
+            expected = golf_impact.run_impact(club_speed=speed, **ball)["ball_velocity"]
+            assert float(row[-2]) == pytest.approx(expected, rel=1e-13)
 
 
 # Sobol indices
@@ -172,7 +153,7 @@ class Ishigami(Design):
 
     def run(self, columns, impact=None):
         x, y, z = columns.values()
-        found = super().run({"k": np.ones(len(x))})
+        found = super().run({"k": np.full(len(x), 1e6)})
         found["impulse"] = np.sin(x) + 7.0 * np.sin(y) ** 2 + 0.1 * z**4 * np.sin(x)
         found["impulse"][::1000] = math.nan
         found["smash_factor"] = 1.5 + 1e-15 * np.sin(x)
@@ -212,73 +193,6 @@ def test_the_indices_file(tmp_path):
     for output, (k, b) in {"contact_time": (0.99, 0.01), "smash_factor": (0.02, 0.98)}.items():
         shares = [found["total"][output][name][0] for name in ("k", "b")]
         assert shares == pytest.approx([k, b], abs=0.02)
-
-
-# The command
-
-
-def test_the_command(fmu_path, tmp_path):
-    sets = ("--set", "k=1e6,2e6,-1", "--set", "b=9,0", "--outputs", "smash_factor, max_force")
-    for options in ([], ["--fmu", fmu_path]):
-        done = golf_here("sweep", *sets, "--out", "new/x.csv", *options, cwd=tmp_path, code=0)
-        assert re.search(r"^6 cases in .*\nRefused: 2 .* row 5: k = -1\.0 N/m", done.stdout)
-        assert {path.name for path in (tmp_path / "new").iterdir()} == {"x.csv", "x.png"}
-        header, rows = rows_of(tmp_path / "new" / "x.csv")
-        assert header == ["k", "b", "smash_factor", "max_force"]
-        assert float(rows[0][2]) == pytest.approx(1.5641431548673967, rel=1e-13)
-    done = golf_here("sweep", "--set=club_speed=95", "--out", tmp_path / "x.csv", code=0)
-    assert "42.4688 for 95 mph" in done.stderr
-
-
-def test_a_ball_with_conditions(tmp_path):
-    """Those of its measurement hold for all balls, unless they are swept."""
-    (tmp_path / "mine.toml").write_text("law = 2\nk = 8e5\n[conditions]\nclub_speed = 40\n")
-    options = ("--set=ball=mine.toml,document", "--outputs=ball_velocity,touched", "--out=x.csv")
-    for more, speed in ([], 40.0), (["--set=club_speed=30"], 30.0):
-        golf_here("sweep", *options, *more, "--no-figures", cwd=tmp_path, code=0)
-        _, rows = rows_of(tmp_path / "x.csv")
-        mine, document = (float(row[-2]) for row in rows)
-        assert mine == pytest.approx(
-            golf_impact.run_impact(law=2, k=8e5, club_speed=speed)["ball_velocity"], rel=1e-13
-        )
-        assert document == pytest.approx(
-            golf_impact.run_impact(club_speed=speed)["ball_velocity"], rel=1e-13
-        )
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (["--out", "."], "its name must end in .csv or .parquet"),
-        (["--out", "folder.csv"], "is a folder"),
-        ([], "--out FILE.csv"),
-        (["study.toml", "--out", "x.csv"], "write a study as options"),
-        (["--out", "x.csv", "--fmu", "x.fmu", "--scheduler", "tcp://x"], "leave out --fmu"),
-        (["--out", "x.csv", "--workers", "2"], "No such option: --workers"),
-    ],
-)
-def test_refused_options(tmp_path, options, words):
-    (tmp_path / "folder.csv").mkdir()
-    refused(golf_here("sweep", "--set", "k=1e6", *options, cwd=tmp_path), words)
-    assert [path.name for path in tmp_path.iterdir()] == ["folder.csv"]
-
-
-@pytest.mark.parametrize("suffix", ["csv", "parquet"])
-def test_ctrl_c_leaves_the_earlier_file(tmp_path, suffix):
-    path = tmp_path / f"x.{suffix}"
-    path.write_text("earlier")
-    process = golf_started("sweep", "--set", "k=1e6:2e6:10000000", "--out", path)
-    until = time.monotonic() + 60
-    while not any(part.stat().st_size > 1e6 for part in tmp_path.glob(".*.part")):
-        assert process.poll() is None
-        assert time.monotonic() < until
-        time.sleep(0.02)
-    process.send_signal(signal.SIGINT)
-    _, errors = process.communicate(timeout=60)
-    assert process.returncode == 130
-    assert "Traceback" not in errors
-    assert [one.name for one in tmp_path.iterdir()] == [path.name]
-    assert path.read_text() == "earlier"
 
 
 # Pictures
@@ -343,3 +257,69 @@ def test_samples_over_a_grid_and_alone(axes):
     axes.clear()
     draw(Design({"k": "normal:1e6:1e5"}, ("max_force",), 40), np.full(40, 3.0), axes)
     assert sum(bar.get_height() for bar in axes.patches) == 40
+
+
+def test_a_picture_beside_the_table(tmp_path):
+    for values, drawn in (("1e6,2e6", True), ("1e6", False)):
+        golf_here("sweep", f"--set=k={values}", "--out", tmp_path / f"{drawn}.csv", code=0)
+        assert (tmp_path / f"{drawn}.png").exists() == drawn
+
+
+# On a Dask cluster: the cases are those of one process
+
+#: A few of them have k < 0, which is refused.
+ON_CLUSTER = {"k": "normal:1e6:5e5", "b": "0,9", "law": "1,2"}
+LINE = [
+    "sweep", *(f"--set={name}={text}" for name, text in ON_CLUSTER.items()), "--samples=2000",
+    "--seed=1", "--outputs=smash_factor,contact_time", "--no-figures", "--scheduler",
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def address():
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=logging.CRITICAL
+    ) as cluster:
+        yield cluster.scheduler_address
+
+
+def test_a_table_of_parts(address, tmp_path, monkeypatch):
+    path = tmp_path / "x.parquet"
+    for block in (100_000, 300):  # the second one replaces the first
+        monkeypatch.setattr(sweep_cluster, "BLOCK", block)
+        done = golf_here(*LINE, address, "--out", path, code=0)
+        assert len([*path.iterdir()]) == max(8, -(-8000 // block))
+        assert [one.name for one in tmp_path.iterdir()] == ["x.parquet"]
+        found = pyarrow.parquet.read_table(path)
+        expected = golf_impact.sweep(
+            ON_CLUSTER, ["smash_factor", "contact_time"], samples=2000, seed=1
+        )
+        assert found.column_names == [*expected]
+        for name, column in expected.items():
+            same = {"rtol": 0.0 if name in ON_CLUSTER else 1e-13}
+            np.testing.assert_allclose(found[name].to_numpy(), column, **same)
+        first = f"the first is row {expected.refused.argmax() + 1}: {expected.reason}"
+        assert f"Refused: {expected.refused.sum()} of them; {first}" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("scheduler", "out", "changed", "words"),
+    [
+        ("tcp://127.0.0.1:1", "x.parquet", {}, "the Dask cluster at tcp://127.0.0.1:1 can't do it"),
+        ("nonsense", "x.parquet", {}, "the Dask cluster at nonsense can't do it"),
+        ("", "x.csv", {}, "must be a folder FILE.parquet"),
+        ("", "file.parquet", {}, "must be a folder FILE.parquet"),
+        # To the workers this process has another version.
+        ("", "x.parquet", {"VERSION": "0.0.9"}, "not 0.0.9"),
+        # What they are to look at isn't there.
+        ("", "x.parquet", {"Path.touch": lambda self: None}, "doesn't share the folder ."),
+    ],
+)
+def test_a_cluster_that_is_refused(address, tmp_path, monkeypatch, scheduler, out, changed, words):
+    (tmp_path / "file.parquet").write_text("")
+    for name, value in changed.items():
+        monkeypatch.setattr(f"golf_impact.sweep_cluster.{name}", value)
+    if scheduler:
+        monkeypatch.setattr(sweep_cluster, "_PATIENCE", "0.5s")
+    refused(golf_here(*LINE, scheduler or address, "--out", out, cwd=tmp_path), words)
+    assert [one.name for one in tmp_path.iterdir()] == ["file.parquet"]

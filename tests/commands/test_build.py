@@ -1,0 +1,177 @@
+"""`golf-impact build`: files and their contents, what is out of date, extras, installations."""
+
+import importlib.metadata
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import venv
+from pathlib import Path
+
+import pytest
+import pythonfmu
+from command import ROOT, golf_here, run
+from conftest import some
+from packaging.requirements import Requirement
+from reference_results import FOLDER
+
+from golf_build import extras
+from golf_build.archive import SUMS, checksums, unpack, write_archive
+from golf_build.packaging import _read
+from golf_build.system import SYSTEM
+from golf_impact import fmu
+from golf_impact.toml import read_toml
+
+PROJECT = read_toml(ROOT / "pyproject.toml")["project"]
+EXTRAS = ("test", "calibrate", "sweep", "cluster", "interop", "native", "bench")
+
+
+def test_the_command(tmp_path, fmu_path, fmi3_path):
+    """Every build has the same bytes."""
+    for name, fixture, options in (("x", fmu_path, ()), ("y", fmi3_path, ("--fmi", 3))):
+        file = tmp_path / "new" / f"{name}.fmu"
+        done = golf_here("build", "--out", file, *options, code=0)
+        assert (done.stdout, done.stderr) == (f"{file}\n", "")
+        assert file.read_bytes() == fixture.read_bytes()
+    assert {path.name for path in file.parent.iterdir()} == {"x.fmu", "y.fmu"}
+
+
+@pytest.mark.ci
+def test_the_system_beside_it(tmp_path, files):
+    done = golf_here("build", "--system", "--out", tmp_path / "x.fmu", code=0)
+    names = {"x.fmu", *(file.name for file in files)}
+    assert {Path(line).name for line in done.stdout.split()} == names
+    assert {path.name for path in tmp_path.iterdir()} == names
+    for file in files:
+        assert (tmp_path / file.name).read_bytes() == file.read_bytes()
+
+
+def test_contents(tmp_path, fmu_path):
+    """The list of files has all of them, with their digests; those of pythonfmu are unchanged."""
+    files = unpack(fmu_path)
+    module = f"resources/{files['resources/slavemodule.txt'].decode().strip()}.py"
+    package = module.removesuffix(".py").replace("club_ball_impact", "golf_physics")
+    pages = {"index.html", "force.png", "model.png", "licenses/license.txt"}
+    assert {f"documentation/{name}" for name in pages} | {"model.png", SUMS, module} <= set(files)
+    ours = (*_read(("golf_physics", "host")), "club_ball_impact.py")
+    assert {f"{package}/{name}" for name in ours} <= set(files)
+    reference = {f"extra/org.golf-impact.reference/{file.name}" for file in FOLDER.iterdir()}
+    assert {"documentation/externalDependencies.txt", *reference} <= set(files)
+    installed = Path(pythonfmu.__file__).parent / "resources" / "binaries"
+    for name, original in (
+        ("linux64/ClubBallImpact.so", "linux64/libpythonfmu-export.so"),
+        ("win64/ClubBallImpact.dll", "win64/pythonfmu-export.dll"),
+    ):
+        assert files[f"binaries/{name}"] == (installed / original).read_bytes(), name
+    assert files[SUMS] == checksums({n: content for n, content in files.items() if n != SUMS})
+    if shutil.which("sha256sum"):
+        shutil.unpack_archive(fmu_path, tmp_path, "zip")
+        subprocess.run(["sha256sum", "--quiet", "-c", SUMS], cwd=tmp_path, check=True)
+
+
+def test_a_build_that_is_missing_damaged_or_out_of_date(tmp_path, fmu_path, monkeypatch, capsys):
+    built = tmp_path / "ClubBallImpact.fmu"
+    monkeypatch.setattr(fmu, "default_path", lambda builder: built)
+
+    def message():
+        assert fmu.current_fmu() == built
+        assert built.read_bytes() == whole
+        return capsys.readouterr().err
+
+    whole = fmu_path.read_bytes()
+    assert message() == f"Built {built}: it was missing.\n"
+    assert message() == ""
+    files = unpack(fmu_path)
+    without = {name: content for name, content in files.items() if "power_law" not in name}
+    for damaged in (whole[:-100], b"", write_archive(tmp_path / "y", without).read_bytes()):
+        built.write_bytes(damaged)
+        assert message() == f"Built {built}: it was damaged.\n"
+    fmu.builder_of("Launch").build(built)
+    assert message() == f"Built {built}: its sources have changed.\n"
+
+
+def test_a_damaged_system(tmp_path, ssp):
+    built = Path(shutil.copy(ssp, tmp_path))
+    assert SYSTEM.guid_of(built) == SYSTEM.guid()
+    for damage in (b"", b"\0"):
+        built.write_bytes(ssp.read_bytes()[:-1000] + damage)
+        assert SYSTEM.guid_of(built) is None
+
+
+@pytest.mark.parametrize("extra", some(1, EXTRAS))
+def test_the_command_that_installs_an_extra(monkeypatch, tmp_path, extra):
+    """In a checkout the checkout with the extra; beside a wheel the packages of the extra."""
+    monkeypatch.chdir(ROOT)
+    python, *rest = shlex.split(extras.install_command(extra))
+    assert rest == ["-m", "pip", "install", "-e", f".[{extra}]"]
+    assert Path(python).is_absolute() != Path(sys.executable).is_relative_to(ROOT)
+    assert run(python, "-c", "import sys; print(sys.prefix)").stdout.strip() == sys.prefix
+    monkeypatch.chdir(tmp_path)
+    assert shlex.split(extras.install_command(extra))[4:] == ["-e", f"{ROOT}[{extra}]"]
+    # As without a checkout.
+    monkeypatch.setattr(extras, "_ROOT", tmp_path)
+    packages = shlex.split(extras.install_command(extra))[4:]
+    declared = PROJECT["optional-dependencies"][extra]
+    assert {*map(Requirement, packages)} == {*map(Requirement, declared)}
+
+
+# Nightly: as a user does it, with a package index
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Wheel and source distribution, made by `python -m build` in the root of a checkout."""
+    folder = tmp_path_factory.mktemp("checkout")
+    tools = environment(tmp_path_factory.mktemp("tools"))
+    if pip(tools, "build", code=None).returncode:
+        pytest.skip("there is no package index here")
+    for name in ("fmu_src", "build", "scenarios", "tests", ".github"):
+        ignored = shutil.ignore_patterns("__pycache__", "*.fmu", "*.csv", "*.opt", "*.ssp")
+        shutil.copytree(ROOT / name, folder / name, ignore=ignored)
+    for name in ("pyproject.toml", "README.md", "CHANGELOG.md", "LICENSE"):
+        shutil.copy(ROOT / name, folder)
+    # The folder build/ of the working folder doesn't hide the module.
+    run(tools, "-m", "build", cwd=folder, timeout=None)
+    return {path.suffix: path for path in (folder / "dist").iterdir()}
+
+
+def environment(folder):
+    """A fresh virtual environment's Python."""
+    venv.create(folder, with_pip=True)
+    return folder / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+
+
+def pip(python, *packages, code=0):
+    return run(python, "-m", "pip", "install", "--quiet", *packages, code=code, timeout=None)
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("kind", [".whl", ".gz"])
+def test_an_installed_copy(tmp_path, made, fmu_path, kind):
+    python = environment(tmp_path / "environment")
+    pip(python, made[kind])
+    outside = tmp_path / "outside"
+    outside.mkdir()
+    hidden = ("PYTHONPATH", "PYTHONHOME")
+    env = {key: value for key, value in os.environ.items() if key not in hidden}
+    env |= {"XDG_CACHE_HOME": str(tmp_path / "cache"), "LOCALAPPDATA": str(tmp_path / "cache")}
+
+    def golf(*arguments, code=0):
+        command = python.with_name("golf-impact"), *arguments
+        return run(*command, code=code, cwd=outside, env=env, timeout=None)
+
+    assert "54.745" in golf("run", "baseline", "--no-figures").stdout
+    built = list((tmp_path / "cache").rglob("*.fmu"))
+    assert len(built) == 1
+    for command in (("list",), ("doctor",), ("run",), ("build", "--system", "--out", "x.fmu")):
+        golf(*command)
+    calibrate = ("calibrate", "--cor", "0.743", "--contact-time", "600e-6")
+    pip_line = re.search("`(.+)`", golf(*calibrate, code=2).stderr)[1]
+    run(*shlex.split(pip_line), cwd=outside, timeout=None)
+    golf(*calibrate)
+    version = "import importlib.metadata as m; print(m.version('pythonfmu'))"
+    theirs = run(python, "-c", version).stdout.strip()
+    if theirs == importlib.metadata.version("pythonfmu"):
+        assert built[0].read_bytes() == fmu_path.read_bytes()
