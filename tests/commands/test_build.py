@@ -22,10 +22,10 @@ from golf_build.archive import SUMS, checksums, unpack, write_archive
 from golf_build.packaging import _read
 from golf_build.system import SYSTEM
 from golf_impact import fmu
-from golf_impact.toml import read_toml
+from golf_impact.files import read_toml
 
 PROJECT = read_toml(ROOT / "pyproject.toml")["project"]
-EXTRAS = ("test", "calibrate", "sweep", "cluster", "interop", "native", "bench")
+EXTRAS = ("calibrate", "sweep", "cluster", "interop", "native", "bench")
 
 
 def test_the_command(tmp_path, fmu_path, fmi3_path):
