@@ -119,7 +119,8 @@ def own_case(
             from golf_impact.calibration.intervals import result_intervals
 
             errors = derived(result_intervals(one, given, METRICS), given, error=True)
-            result.words = "Intervals are 95 %, from the covariance in the ball's file."
+            if any(errors.values()):
+                result.words = "Intervals are 95 %, from the covariance in the ball's file."
         numbers = (
             q.format_value(shown[n], 1.96 * errors.get(n, 0.0)) for n, q in QUANTITIES.items()
         )
