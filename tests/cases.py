@@ -11,7 +11,9 @@ from golf_physics.variables import SETTABLE
 from quadrature import PowerLawContact
 from scipy.integrate import solve_ivp
 
+from golf_impact.random_impacts import critical_damping
 from golf_impact.reference import Reference
+from golf_impact.scales import Scales, reduced_mass
 
 DEFAULTS = {row.name: row.start for row in SETTABLE.values()}
 
@@ -21,7 +23,9 @@ class Case(NamedTuple):
 
     why: str
     given: dict
-    changes: tuple = ()  #: (time in s, inputs set then)
+    changes: tuple = ()  #: (s since the start, inputs set then)
+    end: float = 0.0  #: s since the start, if it isn't beyond separation and all changes
+    start: float = 0.0  #: the host's time, s
 
     @property
     def values(self):
@@ -95,6 +99,7 @@ CASES = {
         "k and b change in contact, speed before it", {"gap": 0.003},
         ((5e-5, {"club_speed": 42.0}), (2e-4, {"k": 1.5e6, "b": 30.0}), (4e-4, {"k": 8e5})),
     ),
+    "starts late": Case("touch_time is the host's", {"gap": 0.003, "law": 2}, start=-2.75),
     "changes, law 2": Case(
         "the damper's force jumps", {"law": 2}, ((2e-4, {"b": 60.0}), (3e-4, {"k": 2e6, "b": 0.0}))
     ),
@@ -122,12 +127,49 @@ CASES = {
         "and an exponent",
         {"law": 2, "exponent": 1.5, "restitution_at_rest": 0.86, "restitution_slope": 0.0029},
     ),
+    "pulled apart": Case(
+        "suddenly so much damping that contact ends", {"law": 2}, ((4e-4, {"b": 1e4}),), 1e-3
+    ),
+    "fast common motion": Case(
+        "law 1's real mode is in extended precision",
+        {"b": 60.0, "ball_speed": -1000.0, "club_speed": -965.0},
+    ),
+    "separates late": Case(
+        "until d has decayed to 1e-320 m", {"k": 1033217.582605348, "b": 1148.4834442997599},
+        end=0.3,
+    ),
+    # The share of a fast common motion decays before the oscillation, which leaves 1.5 N.
+    "parts late": Case(
+        "a pull against the drag",
+        {"m_club": 0.2, "m_ball": 0.1, "b": 10.0, "ball_speed": 34.999, "club_force": -40.0},
+        ((8e-4, {"club_force": 3.0}),), 0.1008,
+    ),
+    "no force": Case(
+        "-0 N is none", {"law": 2, "club_force": -0.0}, ((1e-4, {"k": 1.2e6}),), 1.1e-3
+    ),
+    "force before touch": Case(
+        "ignored; touch comes after 286 µs", {"law": 2, "gap": 0.01, "club_force": -5e4},
+        ((1e-4, {"club_force": 800.0}),), 1.2e-3,
+    ),
+    "force returns": Case(
+        "in flight, to its value in contact", {"law": 2, "club_force": 500.0},
+        ((1e-3, {"club_force": 0.0}), (2e-3, {"club_force": 500.0})), 4e-3,
+    ),
+    "force ends": Case(
+        "in flight", {"law": 2, "club_force": 500.0}, ((1e-3, {"club_force": 0.0}),), 2e-3
+    ),
 }  # fmt: skip
 
-LINEAR = [name for name, case in CASES.items() if case.is_linear]
-POWER_LAW = [name for name in CASES if name not in LINEAR]
+#: Law 2 is in double precision up to a level of half the amplitude; law 1 without force.
+CASES |= {
+    f"law {law}, {force:g} N": Case(
+        "a force on the head", {"law": law, "b": 30.0, "club_force": force}, end=1.2e-3
+    )
+    for law in (1, 2)
+    for force in (1e-300, 1e-9, 1.0, 9e3, 1.3e4, 1.5e4, -1.2e4, -1.8e4)
+}
 
-#: Of the horizon, where the states of a contact are compared.
+#: Of the horizon, where the outputs on the way are compared.
 SHARES = (0.08, 0.29, 0.4, 0.63, 1.0)
 
 #: One of each kind of contact, by what differs from the defaults.
@@ -137,30 +179,51 @@ KINDS = {
 } | {"never separates": {"b": 2000.0}}
 
 
-@cache
-def horizon(name):
+def horizon_of(case):
     """s: beyond separation and all changes."""
-    values = CASES[name].values
+    values = case.values
     approach = values["gap"] / (values["club_speed"] - values["ball_speed"])
-    if not CASES[name].is_linear:
+    if not case.is_linear:
         return approach + 1.3 * float(PowerLawContact(**values).outputs()["contact_time"])
     impact = Reference(values)
     impact.step(approach + 1e-12)
-    mu = values["m_club"] * values["m_ball"] / (values["m_club"] + values["m_ball"])
-    return approach + 1.3 * min(float(impact.contact.duration), 30.0 * (mu / values["k"]) ** 0.5)
+    undamped = (reduced_mass(values) / values["k"]) ** 0.5
+    return approach + 1.3 * min(float(impact.contact.duration), 30.0 * undamped)
+
+
+def instants(case, end):
+    """Where outputs are compared, and shortly before it: s, each beside the other."""
+    return {end * share: end * (share - 0.002) for share in SHARES}
+
+
+def exact_path_of(case, end, stretched=1.0):
+    """All outputs of a linear case at some instants (s), the last of them its horizon.
+
+    Mean forces are those of steps from shortly before, or from a change in between. `stretched` is
+    a factor of all times.
+    """
+    impact, changes, path = Reference(case.values), dict(case.changes), {}
+    impact.start_time += case.start
+    inputs, compared = {}, instants(case, end)
+    for time in sorted({*changes, *compared, *compared.values()}):
+        # The clock is then exactly at these doubles.
+        impact.step((impact.clock * 0 + time) * stretched - impact.clock, **inputs)
+        inputs = changes.get(time, {})
+        if time in compared:
+            path[time] = impact.outputs() | {"mean_force": impact.mean_force}
+    return path
+
+
+@cache
+def horizon(name):
+    """s from the start to the end of a case."""
+    return CASES[name].end or horizon_of(CASES[name])
 
 
 @cache
 def exact_path(name):
-    """All outputs of a linear case at some instants (s), the last of them its horizon."""
-    case, end = CASES[name], horizon(name)
-    impact, changes, path = Reference(case.values), dict(case.changes), {}
-    inputs = {}
-    for time in sorted({*changes, *(end * share for share in SHARES)}):
-        # The clock is then exactly at these doubles.
-        impact.step(impact.clock * 0 + time - impact.clock, **inputs)
-        path[time], inputs = impact.outputs(), changes.get(time, {})
-    return path
+    """All outputs of a linear case at some instants."""
+    return exact_path_of(CASES[name], horizon(name))
 
 
 @cache
@@ -169,6 +232,26 @@ def exact(name):
     if not CASES[name].is_linear:
         return PowerLawContact(**CASES[name].values).outputs()
     return exact_path(name)[horizon(name)]
+
+
+def scales_of(case, last, span):
+    """Scales of errors of a case whose outputs after `span` s are these."""
+    mu = reduced_mass(case.values)
+    changed = [case.values | inputs for _, inputs in case.changes] + [case.values]
+    # The speed that counts is the last one that is set before touch.
+    values, touch = case.values | {"start_time": case.start}, last["touch_time"] - case.start
+    for time, inputs in case.changes:
+        if "club_speed" in inputs and time <= touch:
+            values["club_speed"] = inputs["club_speed"]
+    last = {name: float(value) for name, value in last.items()}
+    return Scales(
+        values,
+        last if last["touched"] else last | {"contact_time": span},
+        approach=touch,
+        span=span,
+        fastest=max(max((v["k"] / mu) ** 0.5, v["b"] / mu) for v in changed),
+        after=last,
+    )
 
 
 def integrated(values, changes=(), force=None, push=None, touch=0.0):
@@ -200,8 +283,7 @@ def integrated(values, changes=(), force=None, push=None, touch=0.0):
         return y[0] - y[1] if drags else force(y[0] - y[1], y[2] - y[3], v)
 
     ends.terminal, ends.direction = True, -1
-    mu = v["m_club"] * v["m_ball"] / (v["m_club"] + v["m_ball"])
-    limit = 1e3 * ((mu / v["k"]) ** 0.5 + v["b"] / v["k"])
+    limit = 1e3 * ((reduced_mass(v) / v["k"]) ** 0.5 + v["b"] / v["k"])
     state, begun = [0.0, 0.0, v["club_speed"], v["ball_speed"], 0.0], touch
     for time, later in (*changes, (touch + limit, {})):
         options = {"rtol": 1e-13, "atol": 1e-16, "args": (v,), "events": ends}

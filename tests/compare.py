@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from golf_impact.scales import TOLERANCE, Scales
+from golf_impact.arrays.impacts import DEFAULTS
+from golf_impact.scales import TOLERANCE, Scales, contact_scales
 
 
 def assert_within(error, tolerance=TOLERANCE, name="", **where):
@@ -41,3 +42,19 @@ def assert_close(found, exact, scales=None, tolerance=TOLERANCE, **where):
     name = max(errors, key=lambda name: (math.isnan(errors[name]), errors[name]))
     numbers = {"found": found[name], "exact": exact[name]}
     assert_within(errors[name], tolerance, name, **numbers, **where)
+
+
+def assert_same_results(found, exact, cases):
+    """Compare metrics of whole impacts by two ways: the same refusals, the same ones missing."""
+    __tracebackhide__ = True
+    for one, expected, values in zip(found, exact, cases, strict=True):
+        assert isinstance(one, str) == isinstance(expected, str), (one, expected, values)
+        if isinstance(expected, str):
+            assert one in ("", expected), values
+            continue
+        known = {name: value for name, value in expected.items() if not math.isnan(value)}
+        assert {n for n in one if not math.isnan(one[n])} == {*known}, values
+        # A power law under a force is integrated.
+        integrated = values.get("club_force") and values.get("exponent", 1.0) != 1.0
+        scales = contact_scales(DEFAULTS | values, expected)
+        assert_close(one, known, scales, 1e-10 if integrated else TOLERANCE, case=values)

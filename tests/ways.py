@@ -6,8 +6,10 @@ give the results of whole impacts: Python's functions, alone and by arrays, and 
 
 import math
 import shutil
-from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import ExitStack, closing, suppress
+from functools import cache
+from itertools import chain, repeat
 
 import fmpy
 import fmus
@@ -75,15 +77,6 @@ class Stepped:
             self.set(**inputs)
             assert self.step(size), self.messages
             found.append(self.read())
-        return found
-
-    def outputs(self, cases: Iterable[Mapping[str, float]]) -> list[dict[str, float] | str]:
-        """What the whole ways return, in one step of 1 s, or a contact's length if it's longer."""
-        found = []
-        for values in cases:
-            self.begin(values)
-            self.step(1.0)
-            found.append(self.messages[0] if self.messages else self.read(METRICS))
         return found
 
 
@@ -178,14 +171,17 @@ class InFmu(Stepped):
 
 
 class Alone:
-    """`golf_impact.run_impact`."""
+    """`golf_impact.run_impact`, or `golf_impact.Impact`, which has the same arguments."""
+
+    def __init__(self, function: Callable = golf_impact.run_impact) -> None:
+        self.function = function
 
     def outputs(self, cases: Iterable[Mapping[str, float]]) -> list[dict[str, float] | str]:
         """Of each case the metrics, NaN where there is none, or why it is refused."""
         found = []
         for values in cases:
             try:
-                found.append(golf_impact.run_impact(**values))
+                found.append(self.function(**values))
             except golf_impact.UserError as refusal:
                 found.append(str(refusal))
         return found
@@ -195,14 +191,15 @@ class Arrays:
     """`golf_impact.run_impacts`, of all cases in one call."""
 
     def outputs(self, cases: Iterable[Mapping[str, float]]) -> list[dict[str, float] | str]:
-        """See `Alone`; the sentence is known of the first refused case alone."""
+        """See `Alone`; the sentence is known of the first refused case, "" of others."""
         cases = list(cases)
         names = {name for values in cases for name in values}
         default = {name: BY_NAME[name].start for name in names}
         columns = {name: np.array([(default | v)[name] for v in cases]) for name in names}
         found = golf_impact.run_impacts(**columns)
         rows = (dict(zip(found, map(float, row))) for row in zip(*found.values()))
-        return [found.reason if bad else row for bad, row in zip(found.refused, rows)]
+        sentences = chain([found.reason], repeat(""))
+        return [next(sentences) if bad else row for bad, row in zip(found.refused, rows)]
 
 
 class Page:
@@ -225,16 +222,63 @@ class Page:
 #: FMUs: the version of FMI.
 FMUS = {"FMI 2.0": 2, "FMI 3.0": 3, "native, FMI 2.0": 2, "native, FMI 3.0": 3}
 STEPPED = ("in process", *FMUS)
-WHOLE = {"alone": Alone, "arrays": Arrays, "page": Page}
-WAYS = (*STEPPED, *WHOLE)
+WHOLE = ("alone", "Impact", "arrays", "page")
 
 
-def _plain(names: Iterable[str]) -> list:
-    """With --native, only the native FMUs."""
-    return [
-        pytest.param(name, id=name, marks=[] if "native" in name else pytest.mark.plain)
-        for name in names
-    ]
+@pytest.fixture(scope="session")
+def way_of(once, system_files, tmp_path_factory):
+    """A function that makes the way of a name, once; FMUs skip where they can't be built."""
+
+    def extracted(path):
+        return fmpy.extract(str(path), str(tmp_path_factory.mktemp("way")))
+
+    with ExitStack() as stack:
+
+        @cache
+        def way_of(name):
+            if name in FMUS:
+                return stack.enter_context(closing(InFmu(extracted(fmu_file(once, name)))))
+            if name in COMPANIONS:
+                (path,) = (file for file in system_files() if file.stem == name)
+                return stack.enter_context(closing(InFmu(extracted(path))))
+            if name == "Impact":
+                return Alone(stack.enter_context(golf_impact.Impact(fmu_file(once, "FMI 2.0"))))
+            if name == "page":
+                return Page(tmp_path_factory.mktemp("page"))
+            return {"in process": InProcess, "alone": Alone, "arrays": Arrays}[name]()
+
+        yield way_of
+
+
+def _each(names: Iterable[str]) -> Callable:
+    """A fixture of each of these ways; with --native the native FMUs alone."""
+    marks = {name: [] if "native" in name else [pytest.mark.plain] for name in names}
+    params = [pytest.param(name, id=name, marks=marks[name]) for name in names]
+    return pytest.fixture(params=params, scope="session")
+
+
+@_each(STEPPED)
+def stepped_way(request, way_of):
+    """A way that can be stepped."""
+    return way_of(request.param)
+
+
+@_each(FMUS)
+def fmu_way(request, way_of):
+    """An FMU."""
+    return way_of(request.param)
+
+
+@_each([*FMUS, *COMPANIONS])
+def any_fmu(request, way_of):
+    """An FMU, those of the companions as well: of these no output is read by default."""
+    return way_of(request.param)
+
+
+@_each(WHOLE)
+def whole_way(request, way_of):
+    """A way of whole impacts."""
+    return way_of(request.param)
 
 
 def fmu_file(once, name):
@@ -244,52 +288,3 @@ def fmu_file(once, name):
     if native.fewer_platforms() and shutil.which("cc") is None:
         pytest.skip(native.advice())
     return once(f"{name}.fmu", lambda path: native.build(builder_of(fmi=FMUS[name]), path, True))
-
-
-@pytest.fixture(scope="session")
-def way_of(once, system_files, tmp_path_factory):
-    """A function that makes the way of a name, once; FMUs skip where they can't be built."""
-    made = {}
-
-    def way_of(name):
-        if name not in made:
-            if name in FMUS:
-                path = fmu_file(once, name)
-                made[name] = InFmu(fmpy.extract(str(path), str(tmp_path_factory.mktemp("way"))))
-            elif name in COMPANIONS:
-                (path,) = (file for file in system_files() if file.stem == name)
-                made[name] = InFmu(fmpy.extract(str(path), str(tmp_path_factory.mktemp(name))))
-            elif name == "page":
-                made[name] = Page(tmp_path_factory.mktemp("page"))
-            else:
-                made[name] = InProcess() if name == "in process" else WHOLE[name]()
-        return made[name]
-
-    yield way_of
-    for way in made.values():
-        if isinstance(way, InFmu):
-            way.close()
-
-
-@pytest.fixture(params=_plain(STEPPED))
-def stepped_way(request, way_of):
-    """Each way that can be stepped."""
-    return way_of(request.param)
-
-
-@pytest.fixture(params=_plain(FMUS))
-def fmu_way(request, way_of):
-    """Each FMU."""
-    return way_of(request.param)
-
-
-@pytest.fixture(params=_plain([*FMUS, *COMPANIONS]))
-def any_fmu(request, way_of):
-    """Each FMU, those of the companions as well: of these no output is read by default."""
-    return way_of(request.param)
-
-
-@pytest.fixture(params=_plain(WAYS))
-def way(request, way_of):
-    """Each way."""
-    return way_of(request.param)

@@ -1,20 +1,73 @@
-"""Random impacts at the borders of closed forms, and close to them. SI units.
-
-`golf_impact.random_impacts` never falls there: dampings at which rates coincide or the FMU changes
-to extended precision, equal masses, a fast common motion, changes of k and b just at an event.
-"""
+"""Random cases by their numbers, the same on any machine. SI units."""
 
 import math
 import random
 
 import numpy as np
+from cases import DEFAULTS, Case
 
-from golf_impact.random_impacts import (
-    ImpactCase,
-    contact_time_of_law_2,
-    critical_damping,
-    segments_of,
-)
+from golf_impact.random_impacts import contact_time_of_law_2, critical_damping, random_impact
+from golf_impact.scales import reduced_mass
+
+
+def golf(number):
+    """Golf with a force on the head, near-critical dampings among them, inputs that change."""
+    rng = random.Random(number)
+    k, m_club, m_ball = 10.0 ** rng.uniform(5.0, 6.7), rng.uniform(0.1, 0.4), DEFAULTS["m_ball"]
+    mu = reduced_mass({"m_club": m_club, "m_ball": m_ball})
+    zeta = rng.choice([0.0, rng.uniform(0.0, 1.2), 1.0 + rng.uniform(-1e-6, 1e-6)])
+    b, half = 2.0 * zeta * math.sqrt(k * mu), math.pi * math.sqrt(mu / k)
+    forces = [100.0, -100.0, rng.uniform(-3e3, 3e3), rng.uniform(-3e4, 3e4)]
+    values = {"law": 1 + number % 2, "k": k, "b": b, "m_club": m_club}
+    values |= {"club_speed": rng.uniform(10.0, 60.0), "club_force": rng.choice(forces)}
+    values |= {"ball_speed": rng.choice([0.0, rng.uniform(-5.0, 5.0)])}
+    values["gap"] = rng.choice([0.0, rng.uniform(0.0, 0.005)])
+    usual, changes, time = {"k": k, "b": b, "club_force": 2e3, "club_speed": 35.0}, [], 0.0
+    for _ in range(rng.randint(0, 4)):
+        time += half * rng.uniform(0.1, 0.5)
+        chosen = [name for name in usual if rng.random() < 0.5]
+        inputs = {name: usual[name] * rng.uniform(0.7, 1.4) for name in chosen}
+        if "club_force" in inputs:
+            inputs["club_force"] *= rng.choice([0.0, 1.0, -1.0])
+        changes.append((time, inputs))
+    time += half * rng.choice([1.0, 2.0, 4.0])
+    return Case("golf", values, tuple(changes), time, rng.choice([0.0, rng.uniform(-9.0, 9.0)]))
+
+
+def far(number):
+    """Far beyond golf, as `golf-impact stress` has them."""
+    impact = random_impact(24, number)
+    *times, end = np.cumsum([segment.length for segment in impact.segments]).tolist()
+    later = [{"k": segment.k, "b": segment.b} for segment in impact.segments[1:]]
+    return Case("far", impact.values, tuple(zip(times, later)), end, impact.start_time)
+
+
+_REFUSED = [{"k": -1.0}, {"m_ball": 0.0}, {"exponent": 13.0}, {"gap": 1e99}, {"law": 7}]
+
+
+def whole(number):
+    """Values of an impact in golf or far beyond it, for ways of whole impacts; some are refused."""
+    rng = random.Random(f"whole {number}")
+    m_club = rng.choice((rng.uniform(0.05, 0.5), 10.0 ** rng.uniform(-3, 1)))
+    m_ball = rng.choice((rng.uniform(0.02, 0.1), 10.0 ** rng.uniform(-3, 1)))
+    values = {
+        "law": rng.choice([1, 2, 2]), "m_club": m_club, "m_ball": m_ball,
+        "k": 10.0 ** rng.uniform(3, 9) if rng.random() < 0.3 else rng.uniform(2e5, 3e6),
+        "club_speed": rng.uniform(1.0, 80.0), "gap": rng.choice([0.0, rng.uniform(0.0, 0.01)]),
+        "ball_speed": rng.choice([0.0, rng.uniform(-20.0, 4.0)]),
+    }  # fmt: skip
+    ratio = rng.choice([0.0, rng.uniform(0.0, 0.9), 10.0 ** rng.uniform(-4, 1)])
+    values["b"] = ratio * critical_damping(values)
+    if values["law"] == 2 and rng.random() < 0.5:
+        values["exponent"] = rng.choice([1.0 + 1e-9, 1.5, rng.uniform(1.0, 3.0), 5.0, 12.0])
+        values["reference_compression"] = 10.0 ** rng.uniform(-3, -1)
+    if values["law"] == 2 and rng.random() < 0.3:
+        values["restitution_at_rest"] = rng.uniform(0.1, 1.0)
+        values["restitution_slope"] = rng.uniform(0.0, 0.01)
+    if rng.random() < 0.03:
+        values["club_force"] = rng.uniform(-2000.0, 2000.0)
+    return values | (rng.choice(_REFUSED) if rng.random() < 0.1 else {})
+
 
 #: Borders between double and extended precision, by law; and, under law 2, the damping at which the
 #: largest force moves to the start.
@@ -35,9 +88,11 @@ def coinciding_rates(m_club, m_ball):
     return sorted(math.sqrt(root) for root in roots if root > 0.0)
 
 
-def special_impact(seed, number):
-    """A random impact; the same for the same seed and number, on any machine."""
-    rng = random.Random(f"special {seed}/{number}")
+def special(number):
+    """At the borders of closed forms, and close to them: rates coincide, or the physics changes to
+    extended precision, equal masses, a fast common motion, changes of k and b just at an event.
+    """
+    rng = random.Random(f"special {number}")
     law = rng.choice((1, 2))
     m_club = rng.choice((0.25, 10.0 ** rng.uniform(-3, 1)))
     ratio = rng.choice((1.0, 0.25, 2.0 ** rng.randint(-12, 12), rng.uniform(0.08, 0.2)))
@@ -57,11 +112,13 @@ def special_impact(seed, number):
     # K and b change at touch, at the peak, in the rebound or at separation, also back.
     others = [(k, b), (k, 0.0), (k, beside(rng, b)), (k * 4.0, b), (k * 4.0, 2.0 * b)]
     others += [(k * 10.0 ** rng.uniform(-6, 6), b * 10.0 ** rng.uniform(-3, 3))]
-    places = [0.0, 0.5, 0.75, 1.0 - 10.0 ** rng.uniform(-12, -2), 1.0]
+    # Just at separation the last bit decides whether they still have an effect.
+    places = [0.0, 0.5, 0.75, *(1.0 + sign * 10.0 ** rng.uniform(-12, -2) for sign in (-1, 1))]
     places += [0.5 + n * 2.0**-10 for n in range(4)]
     touch, cuts = gap / closing, sorted(rng.sample(places, rng.choice((0, 0, 1, 2, 5))))
-    changes = [(touch + cut * contact, *rng.choice(others)) for cut in cuts]
-    return ImpactCase(values, segments_of(values, touch + contact + 2.0 * contact, changes))
+    changes = [(touch + cut * contact, dict(zip("kb", rng.choice(others)))) for cut in cuts]
+    changes = tuple((time, inputs) for time, inputs in changes if time)
+    return Case("special", values, changes, touch + 3.0 * contact)
 
 
 def beside(rng, value):

@@ -1,0 +1,283 @@
+"""Impacts over the whole range of every variable: rejected with a reason, or correct."""
+
+import math
+import random
+
+import pytest
+from cases import DEFAULTS
+from compare import assert_within
+from hypothesis import assume, event, example, given
+from hypothesis import strategies as st
+
+from golf_impact.impact_checks import check
+from golf_impact.random_impacts import ImpactCase, critical_damping, half_contact, segments_of
+from golf_impact.scales import TOLERANCE, reduced_mass
+
+#: Where times come from quadrature; other results are as exact, but at those times.
+TOLERANCE_OF_QUADRATURE = 1e-10
+
+#: Doubles below this are subnormal and have fewer digits, with a margin.
+LEAST = 1e-300
+
+
+def decades(low, high):
+    return st.floats(low, high).map(lambda power: 10.0**power)
+
+
+def signed(magnitudes):
+    return st.builds(lambda sign, x: sign * x, st.sampled_from((1.0, -1.0)), magnitudes)
+
+
+exponents = st.one_of(
+    st.just(1.0),
+    st.floats(1.0, 12.0),
+    st.sampled_from((1.5, 3.0, 12.0, 1.0 + 2e-16, 1.0 + 1e-9, 11.999999999)),
+)
+damping_ratios = st.one_of(
+    st.just(0.0),
+    decades(-6, 6),
+    st.floats(0.5, 1.5),
+    signed(decades(-16, -2)).map(lambda x: 1.0 + x),
+)
+
+
+@st.composite
+def impacts(draw):
+    """Values of an impact that is accepted: far beyond golf, but physics."""
+    mass, ratio = draw(decades(-3, 2)), draw(decades(-6, 6))
+    ball_speed = draw(st.one_of(st.just(0.0), signed(decades(-6, 3))))
+    values = {
+        "law": draw(st.sampled_from((1, 2))),
+        "m_club": mass * math.sqrt(ratio), "m_ball": mass / math.sqrt(ratio),
+        "k": draw(st.one_of(st.just(1e6), decades(0, 12))),
+        "club_speed": ball_speed + draw(st.one_of(st.just(35.0), decades(-6, 3))),
+        "ball_speed": ball_speed, "gap": draw(st.one_of(st.just(0.0), decades(-6, 0))),
+    }  # fmt: skip
+    values["b"] = draw(damping_ratios) * critical_damping(values)
+    assume(closing_speed(values) > 0.0)
+    if values["law"] == 2 and draw(st.booleans()):
+        values["exponent"] = draw(exponents)
+        values["reference_compression"] = draw(decades(-5, 1))
+    if values["law"] == 2 and draw(st.integers(0, 3)) == 0:
+        coefficient = draw(st.one_of(st.floats(0.01, 1.0), decades(-20, -1)))
+        closing = closing_speed(values)
+        slope = draw(st.one_of(st.just(0.0), st.floats(0.0, 1.0))) * (1.0 - coefficient) / closing
+        values["restitution_at_rest"] = min(1.0, coefficient + slope * closing)
+        values["restitution_slope"] = slope
+        assume(values["restitution_at_rest"] - slope * closing > 1e-28)
+    return values
+
+
+def closing_speed(values):
+    return values["club_speed"] - values["ball_speed"]
+
+
+def damping_ratio(values):
+    """ζ of the linear oscillator in the law's own time."""
+    return values["b"] / critical_damping(values) / math.sqrt(0.5 * (values["exponent"] + 1.0))
+
+
+def restitution(values):
+    """Law 2's coefficient of restitution, in closed form."""
+    if values["restitution_at_rest"]:
+        return values["restitution_at_rest"] - values["restitution_slope"] * closing_speed(values)
+    zeta = damping_ratio(values)
+    return math.exp(-2.0 * zeta * half_contact(zeta))
+
+
+def long_step(values):
+    """A step (s) beyond separation, short enough for the accuracy of positions."""
+    zeta = damping_ratio(values)
+    if values["restitution_at_rest"]:
+        zeta = -math.log(restitution(values))
+    mu, n, closing = reduced_mass(values), values["exponent"], closing_speed(values)
+    half = math.pi * math.sqrt(mu / values["k"])
+    if n > 1.0:
+        length = values["reference_compression"]
+        ratio = 0.5 * (n + 1.0) * (closing * half / (math.pi * length)) ** 2
+        half = math.pi * length * ratio ** (1.0 / (n + 1.0)) / closing
+    return values["gap"] / closing + 3.2 * (1.0 + math.log1p(zeta)) * (1.0 + zeta) * half
+
+
+# Drag separates the bodies long after its fast mode has decayed: modes cancel, many panels.
+_SEPARATED_BY_DRAG = {
+    "law": 1, "m_club": 0.0031622776601683794, "m_ball": 316.2277660168379, "k": 1e6,
+    "b": 11246.770270096215, "club_speed": 36.0, "ball_speed": 1.0, "gap": 0.0,
+}  # fmt: skip
+
+
+@example(given=_SEPARATED_BY_DRAG, number=0)
+@given(given=impacts(), number=st.integers(0, 2**32))
+def test_an_impact(way_of, given, number):
+    """Every check of `golf-impact stress`, and law 2's coefficient of restitution."""
+    event(f"law {given['law']}, exponent {given.get('exponent', 1.0) != 1.0}")
+    tolerance = TOLERANCE_OF_QUADRATURE if "exponent" in given else TOLERANCE
+    values = DEFAULTS | given
+    end = long_step(values)
+    case, impact = ImpactCase(given, segments_of(given, end)), way_of("Impact").function
+    for which, output, steps, error in check(impact, case, random.Random(number)):
+        # That balance is of a linear spring and of the damper b.
+        if which != "energy" or not {"exponent", "restitution_at_rest"} & given.keys():
+            within = 0.0 if which == "state" else tolerance
+            assert_within(error, within, f"{which} {output}", steps=steps, values=given)
+    way = way_of("in process").begin(given)
+    assert way.step(end)
+    final = way.read()
+    assert not way.messages
+    check_balances(values, final)
+    if values["law"] == 2:
+        assert final["separated"]
+        speed = abs(values["club_speed"]) + abs(values["ball_speed"])
+        error = abs(final["coefficient_of_restitution"] - restitution(values))
+        assert_within(error * closing_speed(values) / speed, name="restitution", case=values)
+
+
+def any_value(usual):
+    return st.one_of(
+        st.just(usual),
+        decades(-12, 12).map(lambda x: usual * x or x),
+        signed(decades(-320, 308)),
+        st.floats(allow_nan=True, allow_infinity=True),
+    )
+
+
+USUAL = {name: value for name, value in DEFAULTS.items() if name not in ("law", "club_force")}
+USUAL |= {"exponent": 1.5, "restitution_at_rest": 0.5, "restitution_slope": 1e-3}
+#: A ball that hits a club at rest.
+STANDING = {"club_speed": 0.0, "ball_speed": -1.0, "exponent": 1.0, "restitution_at_rest": 0.0}
+
+
+@st.composite
+def any_values(draw):
+    """Some variables with any double, the others as usual."""
+    names = draw(st.lists(st.sampled_from(sorted(USUAL)), min_size=1, max_size=5, unique=True))
+    values = {name: draw(any_value(USUAL[name])) for name in names}
+    return values | {"law": draw(st.sampled_from((1, 2)))}
+
+
+@example(values=STANDING | {"law": 1}, later={}, size=1e-2)
+@example(values=STANDING | {"law": 2, "club_speed": -1e-309}, later={}, size=1e-2)
+@given(
+    values=any_values(),
+    later=st.dictionaries(st.sampled_from(("k", "b", "club_speed")), any_value(50.0)),
+    size=st.one_of(st.sampled_from((1e-4, 1.0)), decades(-30, 30), decades(-320, 100)),
+)
+def test_any_double(stepped_way, values, later, size):
+    """Rejected with a message and without effect, or all outputs are finite."""
+    way = stepped_way.begin(values)
+    accepted, now = way.step(size), way.read()
+    event(f"accepted {accepted}")
+    if not accepted:
+        assert way.messages
+        return
+    check_numbers(way, now)
+    if now["touched"]:
+        check_balances(DEFAULTS | values, now)
+    way.set(**later)
+    again, then = way.step(size), way.read()
+    if again:
+        check_numbers(way, then)
+        return
+    assert way.messages
+    assert then == now
+    # With the old inputs the run continues as if the rejected ones had never been set.
+    usual = {name: values.get(name, DEFAULTS[name]) for name in later}
+    way.set(**usual)
+    accepted, outputs = way.step(size), way.read()
+    way.begin(values)
+    assert way.step(size)
+    assert (way.step(size), way.read()) == (accepted, outputs)
+    event("recovered")
+
+
+def check_numbers(way, now):
+    assert not way.messages, way.messages
+    assert all(map(math.isfinite, now.values())), now
+    assert now["force"] >= 0.0
+    assert 0.0 <= now["compression"] <= now["max_compression"] * (1.0 + TOLERANCE)
+    assert now["max_force"] >= now["force"] * (1.0 - 1e-9) - LEAST
+
+
+def check_balances(v, now):
+    """Neither law adds energy, law 2 keeps momentum; also near overflow and underflow."""
+    pairs = [(v["m_club"], v["club_speed"]), (v["m_ball"], v["ball_speed"])]
+    before = math.fsum(0.5 * m * u * u for m, u in pairs)
+    gained = (now["kinetic_energy"] - before - LEAST) / (before or LEAST)
+    assert_within(gained, name="kinetic_energy", case=v)
+    if v["law"] == 2:
+        momentum = math.fsum(m * u for m, u in pairs)
+        size = sum(m * abs(u) for m, u in pairs)
+        off = (abs(now["momentum"] - momentum) - LEAST) / (size or LEAST)
+        assert_within(off, name="momentum", case=v)
+        speed = abs(v["club_speed"]) + abs(v["ball_speed"])
+        beyond = abs(now["coefficient_of_restitution"]) - 1.0
+        off = (beyond * closing_speed(v) - LEAST) / (speed or LEAST)
+        assert_within(off, name="coefficient_of_restitution", case=v)
+
+
+#: Values that are accepted, but no others that are farther from 1, with these other ones.
+TWO = {"m_club": 2.0, "m_ball": 2.0}
+HARDENING = {"law": 2, "exponent": 3.0}
+#: The largest compression is four times the root of reference_compression (in m).
+ROOT = TWO | HARDENING | {"k": 4.0, "club_speed": 15.0, "ball_speed": -1.0}
+BORDERS = [
+    ("m_club", 1e15, {"m_ball": 1.0}),
+    ("m_club", 1e-15, {"m_ball": 1.0}),
+    ("m_ball", 1e15, {"m_club": 1.0}),
+    ("m_ball", 1e-15, {"m_club": 1.0}),
+    ("m_ball", 0.5e75, HARDENING | {"m_club": 0.5e75, "club_speed": 0.0}),
+    ("m_ball", 2e-75, {"m_club": 2e-75, "b": 0.0}),
+    ("k", 1e150, TWO),
+    ("k", 1e-150, TWO | {"b": 0.0}),
+    ("b", 2e15, TWO | {"k": 1.0}),
+    ("gap", 1e75, {}),
+    *((speed, value, {}) for speed in ("club_speed", "ball_speed") for value in (1e75, -1e75)),
+    *(("club_force", value, TWO) for value in (2e75, -2e75)),
+    ("reference_compression", 0.0625e150, ROOT),
+    ("reference_compression", 16e-150 * (1.0 + 1e-15), ROOT),
+]
+
+
+@pytest.mark.parametrize(("name", "last", "others"), BORDERS)
+def test_the_borders_of_values_together(way_of, name, last, others):
+    way = way_of("in process")
+    for value, accepted in ((last, True), (last * abs(last) ** 1e-6, False)):
+        assert way.begin({**others, name: value}).step(1e-4) is accepted, (value, way.messages)
+    words = "acceleration" if name == "club_force" else "leave the range of a double"
+    assert words in way.messages[0]
+
+
+#: Forces that leave no digits for the contact, or for a power law's dip of the compression.
+OUT_OF_PROPORTION = [
+    {"law": 1, "b": 0.0, "club_force": 1e60},
+    {"law": 2, "b": 0.0, "club_force": 300.0, "club_speed": 1e-50},
+    {"law": 2, "exponent": 1.44, "b": 0.0, "club_force": 5e48},
+    {"law": 2, "exponent": 1.5, "b": 0.0, "club_force": 1e10},
+    {"law": 2, "exponent": 1.5, "club_force": 300.0, "club_speed": 1e-6},
+    {"law": 2, "exponent": 1.5, "restitution_at_rest": 0.8, "club_force": 1e10},
+]
+
+
+@pytest.mark.parametrize("values", OUT_OF_PROPORTION, ids=str)
+def test_a_force_out_of_proportion_is_refused_at_touch(way_of, values):
+    """Before touch it is ignored; in time, and the run goes on once it is corrected."""
+    way = way_of("in process").begin({"gap": 0.001, **values})
+    approach = 0.001 / values.get("club_speed", 35.0)
+    assert way.step(0.5 * approach)
+    assert not way.messages
+    assert not way.step(approach)
+    assert "club_force = " in way.messages[-1]
+    part = "share m_ball/(m_club + m_ball)" if "exponent" in values else "neither keeps the bodies"
+    assert part in way.messages[-1]
+    way.set(club_force=0.0)
+    assert way.step(approach)
+
+
+def test_a_force_out_of_proportion_is_refused_in_contact(way_of):
+    way = way_of("in process").begin({"law": 2, "exponent": 1.5})
+    assert way.step(1e-4)
+    way.set(club_force=1e9)
+    assert not way.step(1e-4)
+    assert "club_force = 1000000000.0 N is refused: its share" in way.messages[-1]
+    way.set(club_force=300.0)
+    assert way.step(1e-4)
