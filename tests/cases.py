@@ -4,12 +4,16 @@ Two sources that share nothing with the FMU: `exact`, of 40 digits and more, and
 SciPy's DOP853. `data/golden.json` pins the first (tests/tools/golden.py).
 """
 
+import json
 from functools import cache
+from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 from golf_physics.variables import SETTABLE
-from quadrature import PowerLawContact
+from quadrature import mp
 from scipy.integrate import solve_ivp
+from scipy.optimize import minimize_scalar
 
 from golf_impact.random_impacts import critical_damping
 from golf_impact.reference import Reference
@@ -169,6 +173,48 @@ CASES |= {
     for force in (1e-300, 1e-9, 1.0, 9e3, 1.3e4, 1.5e4, -1.2e4, -1.8e4)
 }
 
+#: Beside the damping from which on contacts are computed in extended precision.
+CASES |= {
+    f"law {law}, {side} ζ = {zeta}, ball {m_ball} kg": Case(
+        "where precision changes",
+        {"law": law, "m_ball": m_ball,
+         "b": critical_damping(DEFAULTS | {"m_ball": m_ball}) * zeta * (1.0 + sign * 2.0**-49)},
+    )
+    for law, zeta in ((1, 0.7), (2, 0.999))
+    for m_ball in (0.105, 4.0)
+    for side, sign in (("below", -1.0), ("above", 1.0))
+}  # fmt: skip
+
+#: ζ² and m_club m_ball/M² where the characteristic polynomial of law 1 has one triple root; by
+#: rounding the cases lie on either side.
+_TRIPLE = (4 / 3 - (16 / 9 - 32 / 27) ** 0.5) / (16 / 27)
+_PRODUCT = 2.0 * _TRIPLE / 27.0
+_SHARE = 0.5 * (1.0 - (1.0 - 4.0 * _PRODUCT) ** 0.5)
+CASES |= {
+    f"three rates meet, b × {factor!r}": Case(
+        "a triple root",
+        {"m_club": 0.3 * (1.0 - _SHARE), "m_ball": 0.3 * _SHARE, "ball_speed": -3.0,
+         "b": 2.0 * (_TRIPLE * 1e6 * 0.3 * _PRODUCT) ** 0.5 * factor},
+        end=2e-4,
+    )
+    for factor in (1.0, 1.0 + 1e-9, 1.0 - 1e-6)
+}  # fmt: skip
+
+#: The power law around critical damping, and far from it; nearly linear, and up to exponent 12.
+_DAMPED = [(1.5, zeta) for zeta in (1e-6, 1.0 - 1e-9, 1.0, 1.0 + 1e-9, 30.0, 1e4)]
+_DAMPED += [(1.05, 0.8), (2.0, 0.7), (3.0, 0.3), (6.0, 0.82), (12.0, 0.2)]
+_DAMPED += [(n, zeta) for n in (1.0 + 1e-9, 10.0) for zeta in (1e-6, 1.0, 30.0)]
+CASES |= {
+    f"n = {n!r}, ζ = {zeta!r}": Case(
+        "a power law's damping",
+        {"law": 2, "k": 8e5, "exponent": n,
+         "b": zeta * (0.5 * (n + 1.0)) ** 0.5 * critical_damping(DEFAULTS | {"k": 8e5})},
+    )
+    for n, zeta in _DAMPED
+}  # fmt: skip
+
+POWER_LAW = [name for name, case in CASES.items() if not case.is_linear]
+
 #: Of the horizon, where the outputs on the way are compared.
 SHARES = (0.08, 0.29, 0.4, 0.63, 1.0)
 
@@ -179,35 +225,53 @@ KINDS = {
 } | {"never separates": {"b": 2000.0}}
 
 
-def horizon_of(case):
-    """s: beyond separation and all changes."""
-    values = case.values
-    approach = values["gap"] / (values["club_speed"] - values["ball_speed"])
+def golden():
+    """The rows of `data/golden.json`, written by tests/tools/golden.py."""
+    return json.loads((Path(__file__).parent / "data" / "golden.json").read_text())
+
+
+@cache
+def _power_law(name):
+    """Of a case of the power law its outputs after separation, and on the way."""
+    rows = golden()["power law"][name]
+    return [{output: mp.mpf(text) for output, text in row.items()} for row in rows]
+
+
+def approach_of(case):
+    """s, at the speed at the start."""
+    return case.values["gap"] / (case.values["club_speed"] - case.values["ball_speed"])
+
+
+@cache
+def horizon(name):
+    """s from the start to the end of a case: beyond separation and all changes."""
+    case = CASES[name]
+    if case.end:
+        return case.end
     if not case.is_linear:
-        return approach + 1.3 * float(PowerLawContact(**values).outputs()["contact_time"])
-    impact = Reference(values)
-    impact.step(approach + 1e-12)
-    undamped = (reduced_mass(values) / values["k"]) ** 0.5
-    return approach + 1.3 * min(float(impact.contact.duration), 30.0 * undamped)
+        return approach_of(case) + 1.3 * float(_power_law(name)[0]["contact_time"])
+    impact = Reference(case.values)
+    impact.step(approach_of(case) + 1e-12)
+    undamped = (reduced_mass(case.values) / case.values["k"]) ** 0.5
+    return approach_of(case) + 1.3 * min(float(impact.contact.duration), 30.0 * undamped)
 
 
-def instants(case, end):
-    """Where outputs are compared, and shortly before it: s, each beside the other."""
+def instants(end):
+    """Where outputs of a linear case are compared, and shortly before it, s."""
     return {end * share: end * (share - 0.002) for share in SHARES}
 
 
-def exact_path_of(case, end, stretched=1.0):
-    """All outputs of a linear case at some instants (s), the last of them its horizon.
+def exact_path_of(case, end):
+    """All outputs of a linear case at some instants (s), the last of them its end.
 
-    Mean forces are those of steps from shortly before, or from a change in between. `stretched` is
-    a factor of all times.
+    Mean forces are those of steps from shortly before, or from a change in between.
     """
     impact, changes, path = Reference(case.values), dict(case.changes), {}
     impact.start_time += case.start
-    inputs, compared = {}, instants(case, end)
+    inputs, compared = {}, instants(end)
     for time in sorted({*changes, *compared, *compared.values()}):
         # The clock is then exactly at these doubles.
-        impact.step((impact.clock * 0 + time) * stretched - impact.clock, **inputs)
+        impact.step(impact.clock * 0 + time - impact.clock, **inputs)
         inputs = changes.get(time, {})
         if time in compared:
             path[time] = impact.outputs() | {"mean_force": impact.mean_force}
@@ -215,22 +279,17 @@ def exact_path_of(case, end, stretched=1.0):
 
 
 @cache
-def horizon(name):
-    """s from the start to the end of a case."""
-    return CASES[name].end or horizon_of(CASES[name])
-
-
-@cache
 def exact_path(name):
-    """All outputs of a linear case at some instants."""
-    return exact_path_of(CASES[name], horizon(name))
+    """Outputs of a case at some instants, s: all; of a power law those that it has."""
+    if CASES[name].is_linear:
+        return exact_path_of(CASES[name], horizon(name))
+    end, *path = _power_law(name)
+    approach = approach_of(CASES[name])
+    return {approach + float(row["contact_time"]): row for row in path} | {horizon(name): end}
 
 
-@cache
 def exact(name):
     """Outputs of a case at its horizon; of a power law those that are fixed at separation."""
-    if not CASES[name].is_linear:
-        return PowerLawContact(**CASES[name].values).outputs()
     return exact_path(name)[horizon(name)]
 
 
@@ -285,13 +344,24 @@ def integrated(values, changes=(), force=None, push=None, touch=0.0):
     ends.terminal, ends.direction = True, -1
     limit = 1e3 * ((reduced_mass(v) / v["k"]) ** 0.5 + v["b"] / v["k"])
     state, begun = [0.0, 0.0, v["club_speed"], v["ball_speed"], 0.0], touch
+    max_force = 0.0
     for time, later in (*changes, (touch + limit, {})):
         options = {"rtol": 1e-13, "atol": 1e-16, "args": (v,), "events": ends}
-        path = solve_ivp(slopes, (begun, time), state, "DOP853", **options)
+        path = solve_ivp(slopes, (begun, time), state, "DOP853", dense_output=True, **options)
+
+        def pull(t, motion=path.sol, v=v):
+            x_club, x_ball, v_club, v_ball, _ = motion(t)
+            return -force(x_club - x_ball, v_club - v_ball, v)
+
+        times = np.linspace(begun, path.t[-1], 300)
+        best = np.argmin([pull(t) for t in times])
+        around = times[max(0, best - 1)], times[min(best + 1, 299)]
+        found = minimize_scalar(pull, bounds=around, method="bounded", options={"xatol": 1e-12})
+        max_force = max(max_force, -found.fun, -pull(times[best]))
         begun, state, v = path.t[-1], path.y[:, -1], v | later
         if path.status == 1:
             break
     return {
         "contact_time": begun - touch, "contact_displacement": state[1], "club_velocity": state[2],
-        "ball_velocity": state[3], "impulse": state[4],
+        "ball_velocity": state[3], "impulse": state[4], "max_force": max_force,
     }  # fmt: skip

@@ -91,6 +91,21 @@ class PowerLawContact:
         """σ at the largest compression."""
         return _bisected(lambda sigma: self.motion(sigma)[1], self.end / 1000, self.end)
 
+    def path(self):
+        """Outputs at some instants in contact."""
+        m_club, m_ball, club_speed, ball_speed = self.bodies
+        for share in ("1e-4", "0.25", "0.8", "0.995"):
+            sigma = self.end * mp.mpf(share)
+            time, change = self.time(sigma), self.closing * (1 - self.motion(sigma)[1])
+            yield {
+                "contact_time": time,
+                "force": self.force(sigma),
+                "compression": self.compression(sigma),
+                "club_velocity": club_speed - m_ball / (m_club + m_ball) * change,
+                "ball_velocity": ball_speed + m_club / (m_club + m_ball) * change,
+                "impulse": self.mu * change,
+            }
+
     def outputs(self):
         """Outputs after separation by name."""
         m_club, m_ball, club_speed, ball_speed = self.bodies

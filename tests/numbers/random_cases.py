@@ -110,7 +110,7 @@ def special(number):
     values |= {"club_speed": ball_speed + closing, "ball_speed": ball_speed, "gap": gap}
     contact = contact_time_of_law_2(values)
     # K and b change at touch, at the peak, in the rebound or at separation, also back.
-    others = [(k, b), (k, 0.0), (k, beside(rng, b)), (k * 4.0, b), (k * 4.0, 2.0 * b)]
+    others = [(k, b), (k, 0.0), (k, beside(rng, b)), (k * 4.0, b), (k * 4.1, 2.0 * b)]
     others += [(k * 10.0 ** rng.uniform(-6, 6), b * 10.0 ** rng.uniform(-3, 3))]
     # Just at separation the last bit decides whether they still have an effect.
     places = [0.0, 0.5, 0.75, *(1.0 + sign * 10.0 ** rng.uniform(-12, -2) for sign in (-1, 1))]

@@ -10,9 +10,9 @@ from compare import assert_close, assert_same_results
 from conftest import numbers
 
 
-def points(case, end, pattern):
-    """Where the steps of a pattern end, s; the last steps to compared instants are its own."""
-    compared = instants(case, end)
+def points(case, compared, pattern):
+    """Where steps end, s: at the compared instants after steps of their own, and as the pattern."""
+    *_, end = compared
     rng = random.Random(1)
     found = {
         "one step": [],
@@ -25,41 +25,41 @@ def points(case, end, pattern):
     return sorted({*found, *dict(case.changes), end})
 
 
-def path_of(way, case, end, pattern):
+def path_of(way, case, compared, pattern):
     """Outputs at the compared instants, and impulse less the sum of mean forces times steps."""
-    later, reached, compared = dict(case.changes), {}, instants(case, end)
+    later, reached = dict(case.changes), {}
     rng, added = random.Random(2), 0.0
     way.begin(case.given, case.start)
-    for point, after in pairwise([0.0, *points(case, end, pattern)]):
+    for point, after in pairwise([0.0, *points(case, compared, pattern)]):
         way.set(**later.get(point, {}))
         if pattern == "random" and rng.random() < 0.2:
             saved = way.save(as_bytes=rng.random() < 0.5)
-            way.step(end * rng.random())
+            way.step(max(compared) * rng.random())
             way.restore(saved)
         assert way.step(after - point), way.messages
         added += way["mean_force"] * (after - point)
         if after in compared:
             reached[after] = way.read()
     assert not way.messages
-    return reached, reached[end]["impulse"] - added
+    return reached, reached[after]["impulse"] - added
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_cases_by_any_steps(stepped_way, name):
     """Every output on the way and at the end; of power laws those known."""
-    case, end = CASES[name], horizon(name)
-    right = exact_path(name) if case.is_linear else {end: exact(name)}
+    case, end, right = CASES[name], horizon(name), exact_path(name)
+    compared = instants(end) if case.is_linear else {time: 0.998 * time for time in right}
     for pattern in ("one step", "equal", "random"):
-        reached, missing = path_of(stepped_way, case, end, pattern)
+        reached, missing = path_of(stepped_way, case, compared, pattern)
         last = reached[end]
-        assert last["separated"] == (name != "sticks")
+        assert case.is_linear or last["separated"]
         scales = scales_of(case, last, end)
-        for time in reached.keys() & right.keys():
+        for time in reached:
             where = {"case": name, "time": time, "steps": pattern}
             expected = dict(right[time])
             if pattern == "one step":
                 expected.pop("mean_force", None)
-            # Of a power law the worst is 7e-16, though only 1e-10 is stated.
+            # Of a power law the worst is 6e-15, though only 1e-10 is stated.
             assert_close(reached[time], expected, scales, **where)
         assert_close({"impulse": missing}, {"impulse": 0.0}, scales, **where)
 
@@ -70,21 +70,21 @@ def test_random_cases(way_of, kind, number):
     """In this process: FMUs have its bits."""
     case = kind(number)
     right = exact_path_of(case, case.end)
-    reached, missing = path_of(way_of("in process"), case, case.end, "random")
+    reached, missing = path_of(way_of("in process"), case, instants(case.end), "random")
     scales = scales_of(case, right[case.end], case.end)
     for time, expected in right.items():
         assert_close(reached[time], expected, scales, case=case, time=time)
     assert_close({"impulse": missing}, {"impulse": 0.0}, scales, case=case)
 
 
-def without_force(case):
-    return not (case.changes or case.start or case.values["club_force"])
+#: Those that the ways of whole impacts run to the same instant, or beyond separation.
+WHOLE = [n for n, case in CASES.items() if not (case.changes or case.end or case.start)]
+WHOLE.remove("sticks")
 
 
 def test_cases_by_whole_impacts(whole_way):
     """Results of impacts that end, in one call."""
-    names = [name for name, case in CASES.items() if without_force(case) and name != "sticks"]
-    for name, found in zip(names, whole_way.outputs(CASES[name].given for name in names)):
+    for name, found in zip(WHOLE, whole_way.outputs(CASES[name].given for name in WHOLE)):
         expected = {n: x for n, x in exact(name).items() if n in found}
         scales = scales_of(CASES[name], {"touched": True} | found, horizon(name))
         assert_close(found, expected, scales, case=name)
