@@ -70,9 +70,7 @@ def run_impact(outputs: Iterable[str] = METRICS, **values: float) -> dict[str, f
         >>> round(run_impact(["ball_velocity"], law=2, k=8e5)["ball_velocity"], 2)
         55.23
     """
-    outputs = names_of(outputs)
-    check_names(outputs, values)
-    return ScalarImpacts().impact(outputs, **_numbers(values))
+    return ScalarImpacts().impact(known_names(outputs), **_numbers(values))
 
 
 def run_impacts(outputs: Iterable[str] = METRICS, **values: ArrayLike) -> ImpactArrays:
@@ -107,9 +105,7 @@ def run_impacts(outputs: Iterable[str] = METRICS, **values: ArrayLike) -> Impact
         >>> impacts.reason
         'b = -9.0 N.s/m is refused: it must be a finite number >= 0'
     """
-    outputs = names_of(outputs)
-    check_names(outputs, values)
-    columns, shape = _columns(values)
+    outputs, (columns, shape) = known_names(outputs), _columns(values)
     results = ImpactArrays(outputs, prod(shape))
     if not MOMENTARY.intersection(outputs):
         for places, contacts in closed_contacts(columns, prod(shape)):
@@ -146,9 +142,7 @@ def run_trajectory(
         >>> run_trajectory(outputs=["force"], times=[1e-4, 3e-4], law=2)["force"].round()
         array([3575., 6556.])
     """
-    outputs = names_of(outputs)
-    check_names(outputs, values)
-    values = _numbers(values)
+    outputs, values = known_names(outputs), _numbers(values)
     if times is not None:
         return _samples(outputs, times, values)
     if not isinstance(points, Integral) or points < 2:
@@ -177,14 +171,17 @@ def _samples(
     return Named({"time": instants, **{name: row[places] for name, row in samples.items()}})
 
 
-def check_names(outputs: Iterable[str], settable: Iterable[str]) -> None:
-    """Raise a UserError for a name that no output, or no input or parameter has."""
-    for kind, names, known in (
-        ("output", outputs, _OUTPUTS), ("input or parameter", settable, tuple(DEFAULTS))
-    ):  # fmt: skip
-        for name in names:
-            if name not in known:
-                raise unknown_name(kind, name, known)
+def known_names(names: Iterable[str], kind: str = "output") -> tuple[str, ...]:
+    """The names, of several variables or a single one.
+
+    UserError: one of them is none of an output, or of an "input or parameter".
+    """
+    names = (names,) if isinstance(names, str) else tuple(names)
+    known = _OUTPUTS if kind == "output" else tuple(DEFAULTS)
+    for name in names:
+        if name not in known:
+            raise unknown_name(kind, name, known)
+    return names
 
 
 def _array(name: str, value: Any) -> np.ndarray:
@@ -203,6 +200,7 @@ def _array(name: str, value: Any) -> np.ndarray:
 
 def _columns(values: Mapping[str, Any]) -> tuple[dict[str, Any], tuple[int, ...]]:
     """Values as numbers and arrays of shape (cases,), and the shape to which they broadcast."""
+    known_names(values, "input or parameter")
     arrays = {name: _array(name, value) for name, value in values.items()}
     try:
         shape = np.broadcast_shapes(*(array.shape for array in arrays.values()))
@@ -215,13 +213,9 @@ def _columns(values: Mapping[str, Any]) -> tuple[dict[str, Any], tuple[int, ...]
     }, shape
 
 
-def names_of(names: Iterable[str]) -> tuple[str, ...]:
-    """The names: of several variables, or a single one."""
-    return (names,) if isinstance(names, str) else tuple(names)
-
-
 def _numbers(values: Mapping[str, Any]) -> dict[str, float]:
-    """The values if each is a single number; otherwise a UserError."""
+    """The values if each is a single number of an input or parameter; otherwise a UserError."""
+    known_names(values, "input or parameter")
     numbers = {}
     for name, value in values.items():
         try:
@@ -275,8 +269,7 @@ def sensitivities(
         >>> {name: round(slope.item(), 4) for name, slope in slopes["ball_velocity"].items()}
         {'club_speed': 1.5842, 'm_club': 48.1936}
     """
-    outputs, wrt = names_of(outputs), names_of(wrt)
-    check_names(outputs, (*values, *wrt))
+    outputs, wrt = known_names(outputs), known_names(wrt, "input or parameter")
     for name in (*outputs, *wrt):
         if name in (*FLAGS, *MOMENTARY, "law", "club_force"):
             why = (

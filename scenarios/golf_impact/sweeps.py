@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from golf_build import VERSION
-from golf_impact.api import check_names, names_of, run_impacts
+from golf_impact.api import known_names, run_impacts
 from golf_impact.arrays.impacts import DEFAULTS
 from golf_impact.ball import ball, conditions_of
 from golf_impact.errors import UserError, missing_package
@@ -120,10 +120,10 @@ class Design:
         self.axes = {name: parse_axis(name, given) for name, given in sets.items()}
         self.grid = {name: axis for name, axis in self.axes.items() if not _is_random(axis)}
         self.distributions = {name: axis for name, axis in self.axes.items() if _is_random(axis)}
-        self.outputs, self.seed, self.method = names_of(outputs), seed, method
+        self.outputs, self.seed, self.method = known_names(outputs), seed, method
         self.shape = (*map(len, self.grid.values()), 1 if samples is None else samples)
         self.cases = prod(self.shape)
-        check_names(self.outputs, self.axes.keys() - {"ball"})
+        known_names(self.axes.keys() - {"ball"}, "input or parameter")
         number, random = f"samples = {samples}", bool(self.distributions)
         for refused, reason in (
             (not self.axes, "nothing is swept: give NAME=LO:HI:COUNT, e.g. k=0.5e6:2e6:100"),
