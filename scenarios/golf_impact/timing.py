@@ -32,18 +32,12 @@ def measure_interleaved(
 def describe_machine() -> dict[str, str]:
     """Processor, system and versions on which times are measured."""
     packages = ("fmpy", "pythonfmu", "numpy", "scipy", "mpmath")
-    processor = _read_group("/proc/cpuinfo", r"model name\s*: *(.*)")
+    file = Path("/proc/cpuinfo")
+    name = re.search(r"model name\s*: *(.*\S)", file.read_text()) if file.is_file() else None
     return {
-        "processor": processor or platform.processor() or platform.machine(),
+        "processor": name[1] if name else platform.processor() or platform.machine(),
         "cores": str(os.cpu_count()),
         "system": platform.platform(),
         "python": f"{platform.python_implementation()} {platform.python_version()}",
         **{name: importlib.metadata.version(name) for name in packages},
     }
-
-
-def _read_group(path: str, pattern: str) -> str | None:
-    """The first group of a pattern in a file; None without such a file or a match."""
-    file = Path(path)
-    found = re.search(pattern, file.read_text(errors="replace")) if file.is_file() else None
-    return None if found is None else found[1].strip()
