@@ -4,8 +4,10 @@ import json
 import os
 import sys
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from golf_build.archive import plain, whole
 from golf_impact.errors import UserError
@@ -46,8 +48,9 @@ def check(path: Path) -> None:
         raise UserError(f"can't write {path}: {why}") from error
 
 
-def write(path: Path, data: bytes | str) -> Path:
-    """Write a file (text as UTF-8), making its folder if necessary.
+@contextmanager
+def opened(path: Path) -> Iterator[IO[bytes]]:
+    """A stream of a file, which gets its name when it is complete, in a folder made if necessary.
 
     Raises:
         UserError: it can't be written; then it is as it was.
@@ -55,9 +58,15 @@ def write(path: Path, data: bytes | str) -> Path:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with whole(path) as stream:
-            stream.write(data.encode() if isinstance(data, str) else data)
+            yield stream
     except OSError as error:
         raise UserError(f"can't write {path}: {error.strerror or error}") from error
+
+
+def write(path: Path, data: bytes | str) -> Path:
+    """Write a file (text as UTF-8); see `opened`."""
+    with opened(path) as stream:
+        stream.write(data.encode() if isinstance(data, str) else data)
     return path
 
 

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from golf_build import VERSION
-from golf_build.archive import whole
-from golf_impact.errors import UserError, missing_package
+from golf_impact.errors import missing_package
+from golf_impact.files import opened
 from golf_impact.runs import FLAGS, ImpactRuns
 from golf_impact.sweeps import Design
 from golf_impact.units import unit_of
@@ -53,26 +53,22 @@ def write_table(
         UserError: it can't be written; then it is as it was.
     """
     refused, first, drawn = 0, None, []
-    suffix = path.suffix.lower()
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with whole(path) as stream, _opened(suffix, stream, design) as write:
-            for begin in cases[::BLOCK]:
-                columns = design.columns(begin, min(begin + BLOCK, cases.stop))
-                found = design.run(columns, impact)
-                write({**columns, **found}, found.refused)
-                if found.reason and first is None:
-                    first = begin + int(found.refused.argmax()) + 1, found.reason
-                refused += int(found.refused.sum())
-                drawn.append(np.where(found.refused, np.nan, found[design.outputs[0]]))
-                progress(min(begin + BLOCK, cases.stop) - cases.start)
-    except OSError as error:
-        raise UserError(f"can't write {path}: {error.strerror or error}") from error
+    with opened(path) as stream, _writer(path.suffix.lower(), stream, design) as write:
+        for begin in cases[::BLOCK]:
+            end = min(begin + BLOCK, cases.stop)
+            columns = design.columns(begin, end)
+            found = design.run(columns, impact)
+            write({**columns, **found}, found.refused)
+            if found.reason and first is None:
+                first = begin + int(found.refused.argmax()) + 1, found.reason
+            refused += int(found.refused.sum())
+            drawn.append(np.where(found.refused, np.nan, found[design.outputs[0]]))
+            progress(end - cases.start)
     return Summary(refused, first, np.concatenate(drawn))
 
 
 @contextmanager
-def _opened(suffix: str, stream: Any, design: Design) -> Iterator[Write]:
+def _writer(suffix: str, stream: Any, design: Design) -> Iterator[Write]:
     """A function that writes columns by name, and which of the cases are refused."""
     names = (*design.axes, *design.outputs)
     if suffix == ".csv":
