@@ -4,21 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import lmfit
 import numpy as np
 
 from golf_impact.api import run_impacts
 from golf_impact.ball import Ball, ball_toml
 from golf_impact.calibration import report
 from golf_impact.calibration.fit import Estimate, Fit, chance_of
-from golf_impact.calibration.intervals import RANGES, standard_errors
-from golf_impact.calibration.measurements import IMPACT, Measurements, measurements, number
+from golf_impact.calibration.measurements import Measurements, measurements, number
 from golf_impact.calibration.model import ContactLaw
+from golf_impact.calibration.series import IMPACT
 from golf_impact.errors import UserError
 from golf_impact.files import write
+from golf_impact.intervals import RANGES, standard_errors
 from golf_impact.quantities import format_options
 
 if TYPE_CHECKING:
@@ -39,22 +40,17 @@ class Interval(NamedTuple):
     high: np.ndarray
 
 
-class Calibration:
+class Calibration(Fit):
     """A contact law fitted to measurements, beside other laws.
 
     Attributes:
         data: the measurements.
-        fit: all of the fit, with arrays over the measured values.
-        result: the fit as lmfit's `MinimizerResult`.
-        parameters: of the fitted parameters by their FMU names (SI units) value, standard error and
-            95 % interval; one at its limit has no standard error, and a one-sided interval.
-        covariance: of the parameters, (p, p); 0 for one at its limit.
-        chi_squared, degrees_of_freedom: of the fit.
-        residuals: (model − measured)/σ of `targets`, `curve` and `cor_speeds`.
         fits: the laws compared, as far as they could be fitted.
         stiffnesses: of several curves, each with its own; chance_apart: the probability that they
             differ as much by chance (a likelihood ratio).
         speeds, predictions: club speeds (m/s), and what `predict` gives there.
+        Of `Fit`: result (lmfit's `MinimizerResult`), parameters, by their FMU names (SI units)
+            value, standard error and 95 % interval, covariance, and all else.
     """
 
     def __init__(
@@ -70,36 +66,30 @@ class Calibration:
         compared = [ContactLaw(n, m, law.reference_compression) for n, m in _COMPARED]
         others = [one for one in compared if one != law] if data.sized else []
         apart = len(data.curves) > 1 and "k" not in (fixed or {})
-        total, begun = 1 + apart + len(others), count()
-
-        def fit(law: ContactLaw, apart: bool = False, profile: bool = False) -> Fit:
-            progress(100.0 * next(begun) / total, law.title)
-            return Fit(data, law, apart, fixed, profile)
-
-        self.fit = best = fit(law, profile=profile)
+        titles = [law.title, *[law.title] * apart, *(other.title for other in others)]
+        steps = iter([(100.0 * n / len(titles), title) for n, title in enumerate(titles)])
+        progress(*next(steps))
+        super().__init__(data, law, False, fixed, profile)
         self.stiffnesses: dict[str, Estimate] = {}
         self.chance_apart = 1.0
         if apart:
-            separate = fit(law, apart=True)
-            for name, curve in data.curves.items():
+            progress(*next(steps))
+            separate = Fit(data, law, True, fixed)
+            for curve in data.curves.values():
                 label = f"{curve.name}, {curve.impact['club_speed']:g} m/s"
-                self.stiffnesses[label] = separate.parameters[name.replace("curve", "k")]
-            self.chance_apart = chance_of(best.deviance - separate.deviance, len(data.curves) - 1)
-        found = {law: best}
+                self.stiffnesses[label] = separate.parameters[curve.own[0]]
+            self.chance_apart = chance_of(self.deviance - separate.deviance, len(data.curves) - 1)
+        found: dict[ContactLaw, Fit] = {law: self}
         for other in others:
+            progress(*next(steps))
             # With too few measurements a law isn't compared.
             with suppress(UserError):
-                found[other] = fit(other)
+                found[other] = Fit(data, other, False, fixed)
         self.fits = [found[one] for one in compared if one in found] if data.sized else []
-        self.result = best.result
-        self.parameters, self.covariance = best.parameters, best.covariance
-        self.chi_squared, self.degrees_of_freedom = best.chi_squared, best.degrees_of_freedom
-        groups = ["targets"] * bool(data.targets) + [*data.series]
-        self.residuals = {name: best.residuals[data.groups[name]] for name in groups}
         if speeds is None:
             own = [one.impact["club_speed"] for one in data.curves.values()]
             own = own or [data.impact["club_speed"]]
-            middle = data.cor_speeds.x.mean() if data.cor_speeds else np.mean(own)
+            middle = np.mean(data.cor_speeds.x if data.cor_speeds else own)
             speeds = [float(f"{middle * factor:.2g}") for factor in (0.6, 0.8, 1.0, 1.2, 1.4)]
         self.speeds = np.array(speeds, float)
         try:
@@ -116,13 +106,13 @@ class Calibration:
         does. A parameter at its limit widens them to one side. UserError: the physics refuses a
         speed.
         """
-        values = {**self.fit.values, "club_speed": np.asarray(club_speeds, float)}
+        values = {**self.values, "club_speed": np.asarray(club_speeds, float)}
         found = run_impacts(_PREDICTED, **values)
         if found.reason:
             raise UserError(found.reason)
         names, covariance = self._uncertain({*self.parameters} - {"club_speed"})
         errors = standard_errors(_PREDICTED, values, names, covariance)
-        low = {output: self.fit.coverage * errors[output] for output in _PREDICTED}
+        low = {output: self.coverage * errors[output] for output in _PREDICTED}
         high = dict(low)
         for name, one in self.parameters.items():
             if one.limit is None:
@@ -140,24 +130,21 @@ class Calibration:
 
     def _uncertain(self, chosen: set[str]) -> tuple[list[str], np.ndarray]:
         """Those of these parameters that aren't at a limit, and their covariance."""
-        places = [
-            n
-            for n, (name, one) in enumerate(self.parameters.items())
-            if name in chosen and one.limit is None
-        ]
-        names = [*self.parameters]
-        return [names[n] for n in places], self.covariance[np.ix_(places, places)]
+        free = {n: one.limit is None and n in chosen for n, one in self.parameters.items()}
+        places = np.flatnonzero([*free.values()])
+        return [name for name in free if free[name]], self.covariance[np.ix_(places, places)]
 
     @property
     def ball(self) -> Ball:
         """The ball that was found; `**ball.values` are inputs and parameters of the FMU."""
-        data, values, measured = self.data, self.fit.values, [*self.data.targets]
-        for one in data.series.values():
+        data, values, measured = self.data, self.values, [*self.data.targets.measured]
+        for name, one in data.series.items():
             # Each curve has conditions of its own.
-            at = f" ({report.describe_impact(one.impact)})" if one.impact else ""
+            own = data.curves.get(name)
+            at = f" ({report.describe_impact(own.impact)})" if own else ""
             measured.append(f"{len(one.y)} rows of {one.name}{at}")
         source = f"golf-impact calibrate: {', '.join(measured)}"
-        if data.targets or not data.curves:
+        if data.targets.measured or not data.curves:
             source += f"; {report.describe_impact(data.impact)}"
         # The impact isn't part of the ball, but for a mass of its own.
         own_mass = values["m_ball"] != IMPACT["m_ball"]
@@ -166,7 +153,7 @@ class Calibration:
         limits = report.describe_limits(self.parameters)
         return Ball(
             name="calibrated",
-            title=f"calibrated, {self.fit.title}",
+            title=f"calibrated, {self.title}",
             values={name: value for name, value in values.items() if name not in of_impact},
             source=source,
             uncertain=tuple(names),
@@ -188,13 +175,11 @@ class Calibration:
     @property
     def command(self) -> str:
         """The command line that reproduces the impact with all results printed of it."""
-        pairs = {name: v for name, v in self.fit.values.items() if IMPACT.get(name) != v}
+        pairs = {name: v for name, v in self.values.items() if IMPACT.get(name) != v}
         return f"golf-impact run {format_options(pairs)}"
 
     def fit_report(self) -> str:
         """lmfit's report: statistics, parameters that aren't rounded, correlations."""
-        import lmfit
-
         return lmfit.fit_report(self.result)
 
     def draw(self) -> Figure:
@@ -203,15 +188,12 @@ class Calibration:
 
         return draw(self)
 
-    @property
-    def title(self) -> str:
-        return f"{self.fit.title} (law {self.fit.law.law})"
-
     def __repr__(self) -> str:
         found = [f"  {name} = {text}" for name, text, _ in self.tables()[0][2]]
         square = self.chi_squared if self.chi_squared >= 5e-4 else 0.0
         freedom = f"degrees of freedom {self.degrees_of_freedom}"
-        return "\n".join([f"Calibration: {self.title}", *found, f"  χ² = {square:.3f}, {freedom}"])
+        title = f"Calibration: {self.title} (law {self.law.law})"
+        return "\n".join([title, *found, f"  χ² = {square:.3f}, {freedom}"])
 
     @property
     def words(self) -> list[str]:
@@ -251,8 +233,7 @@ def calibrate(
             arrays in s and N, a mapping (or data frame) of these columns, or a CSV file of them,
             perhaps with other units in its header. It needs club_speed and m_club. Or a list of
             several files or mappings; a file's name may end with @ and its club speed, a mapping
-            may have club_speed, m_club, m_ball and club_force; or a TOML file with tables
-            `[[curve]]` of file, columns and these.
+            may have club_speed, m_club, m_ball and club_force.
         cor_speeds: likewise `(approach_speed, cor[, sigma])`; fits restitution_at_rest and
             restitution_slope in place of b.
         law: 1 (absolute) or 2 (relative).
@@ -271,9 +252,9 @@ def calibrate(
         progress: called before each fit with the progress in per cent and its law's title.
         scalars: ball_speed, club_speed_after, cor, contact_time, max_force, time_of_max_force,
             smash_factor, energy_efficiency, impulse, max_compression and contact_displacement, also
-            by their FMU outputs; each a number or with its σ, `(0.743, 0.005)` or "0.743±0.005",
-            or with the σ apart as sigma_cor and so on (1 % by default); club_speed (35 m/s), m_club
-            (0.210 kg), m_ball (0.04593 kg) and club_force (0 N) of them and the curve.
+            by their FMU outputs; each a number or with its σ (1 % by default), `(0.743, 0.005)` or
+            "0.743±0.005"; club_speed (35 m/s), m_club (0.210 kg), m_ball (0.04593 kg) and
+            club_force (0 N) of them and the curve.
 
     Raises:
         UserError: measurements are impossible or too few.

@@ -1,49 +1,32 @@
-"""Measurements of an impact: scalars, force curves, COR over speed; read and validated."""
+"""Measurements of an impact, read and validated. SI units."""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
-from itertools import pairwise
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from golf_impact.calibration.curves import BASELINES, Series, conditioned
-from golf_impact.calibration.intervals import RANGES
 from golf_impact.calibration.records import read_cells, read_table
+from golf_impact.calibration.series import (
+    BASELINES,
+    IMPACT,
+    RESTITUTION,
+    TARGETS,
+    Curve,
+    Measured,
+    Priors,
+    Scalars,
+    Series,
+    conditioned,
+)
 from golf_impact.errors import UserError, unknown_name
-from golf_impact.files import read_toml
+from golf_impact.intervals import RANGES
 from golf_impact.units import si_value, unit_of
-
-#: Targets that depend on the damping alone, and the FMU's outputs. An impact of two bodies has one
-#: COR, so that all of them together are one independent measurement.
-RESTITUTION = {
-    "ball_speed": "ball_velocity", "club_speed_after": "club_velocity",
-    "cor": "coefficient_of_restitution", "smash_factor": "smash_factor",
-    "energy_efficiency": "energy_efficiency", "impulse": "impulse",
-}  # fmt: skip
-
-#: Outputs of the FMU that may be measured, by the name that results have.
-TARGETS = RESTITUTION | {
-    name: name
-    for name in (
-        "contact_time", "max_force", "time_of_max_force", "max_compression", "contact_displacement"
-    )
-}  # fmt: skip
-
-#: Columns of the two kinds of series, the last one optional, and their units.
-COLUMNS = {
-    "curve": (("time", "force", "sigma"), ("s", "N", "N")),
-    "cor_speeds": (("approach_speed", "cor", "sigma"), ("m/s", "1", "1")),
-}
-
-#: The impact in which curve and scalars are measured, if nothing else is given: speed (m/s),
-#: masses (kg) and the force on the club head (N).
-IMPACT = {"club_speed": 35.0, "m_club": 0.210, "m_ball": 0.04593, "club_force": 0.0}
 
 #: The σ of a scalar target without one, as a fraction of its value.
 DEFAULT_SIGMA = 0.01
@@ -67,65 +50,42 @@ _ALLOWED = {
 }
 
 
-class Measured(NamedTuple):
-    """A number with its standard deviation, SI units."""
-
-    value: float
-    sigma: float
-    stated: bool = True  #: whether σ was given; otherwise it is the default
-
-
+@dataclass(frozen=True)
 class Measurements:
-    """All that a fit has to meet.
+    """All that a fit has to meet; its parts have σ, and models of what they measure."""
 
-    Attributes:
-        targets: scalars.
-        curves: force curves by name: curve, curve_2, …
-        cor_speeds: COR over speed, or None.
-        impact: of scalars, as `IMPACT`.
-        priors: values and σ of parameters that are known beforehand, of law or impact.
-        series: curves and COR over speed, as far as there are any.
-        values, sigma: of scalars, forces, CORs, priors; without a σ 1 % of the largest.
-        groups: where each of these are in `values`.
-        sized: whether anything depends on the stiffness.
-    """
+    targets: Scalars
+    curves: Mapping[str, Curve]  #: by name: curve, curve_2, …
+    cor_speeds: Series | None
+    priors: Priors
 
-    def __init__(
-        self,
-        targets: Mapping[str, Measured],
-        curves: Sequence[Series] = (),
-        cor_speeds: Series | None = None,
-        impact: Mapping[str, float] = IMPACT,
-        priors: Mapping[str, Measured] | None = None,
-    ) -> None:
-        self.targets, self.cor_speeds, self.impact = targets, cor_speeds, impact
-        self.priors = priors or {}
-        self.curves = {f"curve_{n + 1}" if n else "curve": one for n, one in enumerate(curves)}
-        self.series = self.curves | ({"cor_speeds": cor_speeds} if cor_speeds else {})
-        self.sized = bool(curves) or any(name not in RESTITUTION for name in targets)
-        parts = {name: (one.y, one.sigma_or_guess) for name, one in self.series.items()}
-        parts = {"targets": _columns(targets), **parts, "priors": _columns(self.priors)}
-        self.values, self.sigma = (np.concatenate(columns) for columns in zip(*parts.values()))
-        ends = np.cumsum([len(values) for values, _ in parts.values()]).tolist()
-        self.groups = {name: slice(*ends) for name, ends in zip(parts, pairwise([0, *ends]))}
+    @property
+    def impact(self) -> Mapping[str, float]:
+        """Of scalars."""
+        return self.targets.impact
+
+    @property
+    def series(self) -> dict[str, Series]:
+        """Curves and COR over speed, as far as there are any."""
+        return {**self.curves, **({"cor_speeds": self.cor_speeds} if self.cor_speeds else {})}
+
+    @property
+    def parts(self) -> dict[str, Any]:
+        found: dict[str, Any] = {"targets": self.targets, **self.series, "priors": self.priors}
+        return {name: part for name, part in found.items() if len(part.y)}
+
+    @property
+    def sized(self) -> bool:
+        """Whether anything depends on the stiffness."""
+        return bool(self.curves) or any(name not in RESTITUTION for name in self.targets.measured)
 
     def thinned(self, rows: int) -> Measurements:
         """These, with curves of so many rows or an eighth and free heads; if there are any."""
         if not any(len(one.x) > rows or one.impact["club_force"] for one in self.curves.values()):
             return self
-        free = {"club_force": 0.0}
-        curves = [
-            replace(one.thinned(rows), impact={**one.impact, **free})
-            for one in self.curves.values()
-        ]
-        impact = {**self.impact, **free}
-        return Measurements(self.targets, curves, self.cor_speeds, impact, self.priors)
-
-
-def _columns(known: Mapping[str, Measured]) -> tuple[np.ndarray, np.ndarray]:
-    """Values and σ."""
-    values, sigma = np.array([one[:2] for one in known.values()]).reshape(-1, 2).T
-    return values, sigma
+        targets = Scalars(self.targets.measured, {**self.impact, "club_force": 0.0})
+        curves = {name: one.thinned(rows) for name, one in self.curves.items()}
+        return replace(self, targets=targets, curves=curves)
 
 
 def number(given: Any, name: str, where: str = "") -> float:
@@ -146,8 +106,9 @@ def number(given: Any, name: str, where: str = "") -> float:
     return value
 
 
-def measured(given: Any, name: str, where: str = "", sigma: Any = None) -> Measured:
-    """A number and its σ: apart, a pair, or the text "600us±6us" (also with +-), in its unit."""
+def measured(given: Any, name: str, where: str = "") -> Measured:
+    """A number and its σ: a pair, or the text "600us±6us" (also with +-), in its unit."""
+    sigma = None
     if isinstance(given, str):
         parts = [part.strip() for part in re.split(r"±|\+/?-", given)]
         if len(parts) == 2:
@@ -178,19 +139,11 @@ def measurements(
     """
     if baseline not in ("", *BASELINES):
         raise UserError(f"baseline = {baseline!r} is refused: choose from {', '.join(BASELINES)}")
-    # Value, σ and place by name.
-    given: dict[str, tuple[Any, Any, str]] = dict(_read_scalars(file)) if file else {}
-    for name, value in scalars.items():
-        if value is not None and not name.startswith("sigma_"):
-            given[_named(name)] = value, scalars.get(f"sigma_{name}"), ""
-    for name, value in scalars.items():
-        of = name.removeprefix("sigma_")
-        if of != name and value is not None and _named(of) not in given:
-            raise UserError(f"{name} is refused without {of}", name, value)
+    # Value, perhaps with σ, and place by name.
+    given = _read_scalars(file) if file else {}
+    given |= {_named(name): (v, "") for name, v in scalars.items() if v is not None}
     targets = {
-        name: measured(given[name][0], name, given[name][2], given[name][1])
-        for name in TARGETS
-        if name in given
+        name: measured(given[name][0], name, given[name][1]) for name in TARGETS if name in given
     }
     prior = {name: measured(value, name, "prior") for name, value in (priors or {}).items()}
     for name, one in prior.items():
@@ -198,21 +151,33 @@ def measurements(
             raise unknown_name("parameter", name, (*RANGES, *IMPACT))
         if not one.stated:
             raise UserError(f"prior {name} is refused without its σ: --prior {name}=VALUE±SIGMA")
-    conditions = {n: number(given[n][0], n, given[n][2]) for n in IMPACT if n in given}
+    conditions = {n: number(given[n][0], n, given[n][1]) for n in IMPACT if n in given}
     conditions |= {name: prior[name].value for name in IMPACT if name in prior}
     impact = {**IMPACT, **conditions}
-    curves = [] if curve is None else _curves(curve, conditions, columns, baseline, prior)
+    several = (
+        isinstance(curve, list | tuple) and curve and isinstance(curve[0], str | Path | Mapping)
+    )
+    curves = {}
+    for n, one in enumerate([] if curve is None else curve if several else [curve], 1):
+        suffix = f"_{n}" if n > 1 else ""
+        found = _read_curve(one, f"curve{suffix}", conditions, columns, prior)
+        curves[f"curve{suffix}"] = replace(conditioned(found, baseline), suffix=suffix)
     if curves and "club_speed" not in conditions:
-        if targets and any(one.impact != curves[0].impact for one in curves):
+        first, *others = (one.impact for one in curves.values())
+        if targets and any(other != first for other in others):
             raise UserError("scalars beside curves of several speeds need --club-speed, too")
-        impact = dict(curves[0].impact)
-    line = None if cor_speeds is None else _read_series(cor_speeds, "cor_speeds")
-    if line and np.ptp(line.x) == 0.0:
-        raise UserError(f"{line.name} is refused: a line needs COR at two speeds or more")
-    if line and len(line.y) == 2 and line.sigma is None:
-        why = "two rows leave no residuals; add a column sigma, or rows"
-        raise UserError(f"{line.name} is refused: {why}")
-    return Measurements(targets, curves, line, impact, prior)
+        impact = dict(first)
+    line = None
+    if cor_speeds is not None:
+        line = Series(
+            *_read_series(cor_speeds, "cor_speeds", ("approach_speed", "cor"), ("m/s", "1"))
+        )
+        if np.ptp(line.x) == 0.0:
+            raise UserError(f"{line.name} is refused: a line needs COR at two speeds or more")
+        if len(line.y) == 2 and line.sigma is None:
+            why = "two rows leave no residuals; add a column sigma, or rows"
+            raise UserError(f"{line.name} is refused: {why}")
+    return Measurements(Scalars(targets, impact), curves, line, Priors(prior, impact))
 
 
 def _named(name: str, where: str = "calibrate") -> str:
@@ -225,14 +190,14 @@ def _named(name: str, where: str = "calibrate") -> str:
     return found
 
 
-def _read_scalars(path: Path) -> dict[str, tuple[str, str, str]]:
-    """Of each row of a file value, σ and place, by name."""
+def _read_scalars(path: Path) -> dict[str, tuple[Any, str]]:
+    """Of each row of a file value, perhaps with σ, and place, by name."""
     (_, header), *rows = read_cells(path) or [(1, [""])]
     names = [cell.lower() for cell in header]
     if names not in (["target", "value"], ["target", "value", "sigma"]):
         why = "its first line must be target,value or target,value,sigma"
         raise UserError(f"{path} is refused: {why}, not {','.join(names)!r}")
-    found: dict[str, tuple[str, str, str]] = {}
+    found: dict[str, tuple[Any, str]] = {}
     for n, (line, cells) in enumerate(rows, 1):
         where = f"{path}, row {n} (line {line})"
         if len(cells) > len(names):
@@ -243,81 +208,54 @@ def _read_scalars(path: Path) -> dict[str, tuple[str, str, str]]:
             raise UserError(f"{where}: {name} takes no sigma: --prior {name}={value}±{sigma}")
         if name in found:
             raise UserError(f"{where}: {name} is given twice")
-        found[name] = value, sigma, where
+        found[name] = (value, sigma) if sigma else value, where
     return found
 
 
-def _curves(
-    given: Any, conditions: Mapping[str, float], columns: str, baseline: str, priors: Iterable[str]
-) -> list[Series]:
-    """Curves, one or several, with their conditions; see `golf_impact.calibrate`."""
-    several = (
-        isinstance(given, list | tuple) and given and isinstance(given[0], str | Path | Mapping)
-    )
-    curves = []
-    for one in _entries(given if several else [given]):
-        own = {name: number(one[name], name, "curve") for name in IMPACT if name in one}
-        if both := [name for name in own if name in priors]:
-            why = f"beside curves with a {both[0]} of their own"
-            raise UserError(f"prior {both[0]} is refused {why}")
-        impact = {**IMPACT, **conditions, **own}
-        missing = [n for n in ("club_speed", "m_club") if n not in conditions and n not in own]
-        if missing:
-            words = "its conditions, e.g. --club-speed 40 --m-club 0.2"
-            speeds = "of several ones --curve FILE.csv@SPEED for each"
-            raise UserError(f"a curve needs {' and '.join(missing)}: {words}; {speeds}")
-        curve = _read_series(one["curve"], "curve", str(one.get("columns", columns)))
-        curves.append(conditioned(replace(curve, impact=impact), baseline))
-    return curves
+def _read_curve(
+    given: Any, kind: str, conditions: Mapping[str, float], columns: str, priors: Mapping[str, Any]
+) -> Curve:
+    """A curve and its conditions; see `golf_impact.calibrate`."""
+    own = {}
+    if isinstance(given, str | Path) and "@" in str(given) and not Path(given).exists():
+        given, _, speed = str(given).rpartition("@")
+        own = {"club_speed": number(speed, "club_speed", "curve")}
+    elif hasattr(given, "keys"):
+        own = {name: number(given[name], name, "curve") for name in IMPACT if name in given}
+    if both := [name for name in own if name in priors]:
+        raise UserError(f"prior {both[0]} is refused beside curves with a {both[0]} of their own")
+    impact = {**IMPACT, **conditions, **own}
+    if missing := [n for n in ("club_speed", "m_club") if n not in conditions and n not in own]:
+        words = "its conditions, e.g. --club-speed 40 --m-club 0.2"
+        speeds = "of several ones --curve FILE.csv@SPEED for each"
+        raise UserError(f"a curve needs {' and '.join(missing)}: {words}; {speeds}")
+    return Curve(*_read_series(given, kind, ("time", "force"), ("s", "N"), columns), impact=impact)
 
 
-def _entries(given: Iterable[Any]) -> Iterator[Mapping[str, Any]]:
-    """Curves as `curve`, and perhaps its columns and conditions; those of TOML files, too."""
-    for one in given:
-        if isinstance(one, Mapping):
-            yield {**{name: one[name] for name in IMPACT if name in one}, "curve": one}
-        elif not isinstance(one, str | Path) or Path(one).exists() or "@" not in str(one):
-            is_list = isinstance(one, str | Path) and Path(one).suffix == ".toml"
-            yield from _listed(Path(one)) if is_list else [{"curve": one}]
-        else:
-            path, _, speed = str(one).rpartition("@")
-            yield {"club_speed": speed, "curve": path}
-
-
-def _listed(path: Path) -> Iterator[Mapping[str, Any]]:
-    """Curves of a TOML file."""
-    rows, keys = read_toml(path).get("curve"), ("file", "columns", *IMPACT)
-    for row in rows if isinstance(rows, list) and rows else [None]:
-        if not isinstance(row, dict) or not {"file"} <= {*row} <= {*keys}:
-            why = f"write a table [[curve]] for each, of file and {', '.join(keys[1:])}"
-            raise UserError(f"{path} lists no curves: {why}")
-        yield {**row, "curve": path.parent / str(row["file"])}
-
-
-def _read_series(given: Any, kind: str, columns: str = "") -> Series:
-    """A series from a CSV file, a mapping of columns, two or three arrays, or an array of rows."""
-    names, units = COLUMNS[kind]
+def _read_series(
+    given: Any, kind: str, names: tuple[str, str], units: tuple[str, str], columns: str = ""
+) -> tuple[str, Callable[[int], str], np.ndarray, np.ndarray, np.ndarray | None]:
+    """Name, places of rows, x, y and perhaps σ of a CSV file, a mapping of columns, or arrays."""
+    every = (*names, "sigma")
     if isinstance(given, str | Path):
         kind = str(given)
-        read, where = read_table(Path(given), names, units, columns)
+        read, where = read_table(Path(given), every, (*units, units[1]), columns)
     else:
         if hasattr(given, "keys"):
-            given = [given[name] for name in names if name in given]
-        elif isinstance(given, np.ndarray) and len(given) > 3:
-            given = given.T
+            given = [given[name] for name in every if name in given]
         try:
             read = [*np.stack([np.asarray(column, float) for column in given])]
         except (TypeError, ValueError) as error:
-            raise UserError(f"{kind} must be arrays of one length: {', '.join(names)}") from error
+            raise UserError(f"{kind} must be arrays of one length: {', '.join(every)}") from error
 
         def where(row: int) -> str:
             return f"{kind}, row {row + 1}"
 
     if not 2 <= len(read) <= 3 or not read[0].size:
-        raise UserError(f"{kind} is refused: it has no rows of {', '.join(names[:2])}")
-    for name, column in zip(names, read):
+        raise UserError(f"{kind} is refused: it has no rows of {', '.join(names)}")
+    for name, column in zip(every, read):
         low, high, _ = _ALLOWED.get(name, _ABOVE_0)
         if (bad := np.flatnonzero(~((column > low) & (column < high)))).size:
             number(column[bad[0]], name, where(int(bad[0])))
     x, y, *sigma = read
-    return Series(kind, where, x, y, sigma[0] if sigma else None)
+    return kind, where, x, y, sigma[0] if sigma else None

@@ -10,7 +10,6 @@ import csv
 import re
 import warnings
 from collections.abc import Callable, Collection, Sequence
-from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
@@ -29,8 +28,8 @@ _VOLTS = {"V": 1.0, "mV": 1e-3}
 #: A name and its unit: `time [ms]`, `force (kN)`, `F/kN`, `t_us`.
 _HEAD = re.compile(r"(.*?)\s*(?:\[(.*)\]|\((.*)\)|[/_ ]([^/_ ]+))")
 
-#: A unit with a number before it: `2 kN/V`.
-_SIZE = re.compile(r"(\d*\.?\d*(?:[eE][+-]?\d+)?)\s*(.*)")
+#: A unit, perhaps with a number before it and over another one: `2 kN/V`.
+_RATIO = re.compile(r"(\d*\.?\d*(?:[eE][+-]?\d+)?)\s*([^/]*)/?(.*)")
 
 #: Lines in which a header is searched; rows that must be alike where there is none.
 _SEARCHED, _ALIKE = 500, 20
@@ -40,7 +39,7 @@ class Head(NamedTuple):
     """Name and unit of a column."""
 
     name: str  #: in small letters
-    unit: str  #: empty if there is none
+    unit: str = ""  #: empty if there is none
 
 
 def read_table(
@@ -59,20 +58,21 @@ def read_table(
         UserError: it can't be read; the line, the column and what is expected are named.
     """
     lines = _lines(path)
-    wanted = [_head(cell) for cell in chosen.split(",")][: len(names)] if chosen else []
-    fits = [{one.name} for one in wanted] or [{name} | _ALIASES.get(name, set()) for name in names]
-    heads, first, header = _header(lines[:_SEARCHED], fits if wanted else fits[:-1])
-    count = len(_cells(lines[first])) if first < len(lines) else 0
+    given = [_head(cell) for cell in chosen.split(",")][: len(names)] if chosen else []
+    fits = [{one.name} for one in given] or [{name} | _ALIASES.get(name, set()) for name in names]
+    heads, first, header = _header(lines[:_SEARCHED], fits if given else fits[:-1])
+    rows = [n for n, line in enumerate(lines) if n >= first and _data(line)]
+    count = len(_cells(lines[rows[0]])) if rows else 0
     have = f"its header is {header!r}" if header else "it has no header"
     places, factors = [], []
     for n, (fit, name, unit) in enumerate(zip(fits, names, units)):
         found = [at for at, head in enumerate(heads) if head.name in fit]
-        given = wanted[n] if wanted else Head("", "")
-        if not found and given.name.isdigit() and 0 < int(given.name) <= count:
-            found = [int(given.name) - 1]
-        elif not heads and not wanted and n < count and count in (len(names) - 1, len(names)):
+        wanted = given[n] if given else Head("")
+        if not found and wanted.name.isdigit() and 0 < int(wanted.name) <= count:
+            found = [int(wanted.name) - 1]
+        elif not heads and not given and n < count and count in (len(names) - 1, len(names)):
             found = [n]
-        if not found and not wanted and n == len(names) - 1:
+        if not found and not given and n == len(names) - 1:
             break
         if len(found) != 1:
             what = f"{len(found)} columns" if found else "no column"
@@ -82,37 +82,30 @@ def read_table(
                 "number: --columns 'TIME [s],CH2 [2 kN/V]'"
             )
         own = heads[found[0]].unit if heads else ""
-        factor = _factor(given.unit, own, unit)
-        if factor is None:
+        factor = _factor(wanted.unit, own, unit)
+        if not factor:
             known = ", ".join(one for one, (si, _) in SYMBOLS.items() if si == unit)
             known += ", or a sensor's sensitivity such as 2 kN/V or 10 mV/N" * (unit == "N")
-            word = given.unit or own
+            word = wanted.unit or own
             raise UserError(f"{path}: the unit {word!r} of {name} is none of {known}; {have}")
         places.append(found[0])
         factors.append(factor)
-
-    def where(row: int) -> str:
-        numbers = (n for n, line in enumerate(lines[first:], first + 1) if _data(line))
-        return f"{path}, row {row + 1} (line {next(islice(numbers, row, None))})"
-
-    mark = _mark(lines[first]) if first < len(lines) else ","
-    # Lines of delimiters alone are no rows.
-    rows = (line for line in islice(lines, first, None) if line.strip(" \t;,"))
-    if mark != ",":
-        rows = (line.replace(",", ".") for line in rows)
+    mark = _mark(lines[rows[0]]) if rows else ","
+    texts = (lines[n] if mark == "," else lines[n].replace(",", ".") for n in rows)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # no rows: the caller's error is better
-            table = np.loadtxt(rows, delimiter=mark, usecols=places, quotechar='"', ndmin=2)
+            table = np.loadtxt(texts, delimiter=mark, usecols=places, quotechar='"', ndmin=2)
     except ValueError:
-        for n, line in enumerate(lines[first:], first + 1):
+        for n in rows:
             for place, name in zip(places, names):
-                cell = "".join(_cells(line)[place : place + 1])
-                if _data(line) and not _is_number(cell, mark):
-                    at = f"{path}, line {n}, column {place + 1} ({name})"
+                cell = "".join(_cells(lines[n])[place : place + 1])
+                if not _is_number(cell, mark):
+                    at = f"{path}, line {n + 1}, column {place + 1} ({name})"
                     raise UserError(f"{at}: {cell!r} is refused: it must be a number") from None
         raise
-    return [*(table.reshape(-1, len(places)) * factors).T], where
+    columns = [*(table.reshape(-1, len(places)) * factors).T]
+    return columns, lambda row: f"{path}, row {row + 1} (line {rows[row] + 1})"
 
 
 def read_cells(path: Path) -> list[tuple[int, list[str]]]:
@@ -132,7 +125,7 @@ def _lines(path: Path) -> list[str]:
 
 
 def _data(line: str) -> str:
-    """A line without its comment; empty if there is nothing in it."""
+    """A line without its comment; empty if there is nothing in it but delimiters."""
     line = line.partition("#")[0]
     return line.strip(" ") if line.strip(" \t;,") else ""
 
@@ -166,41 +159,38 @@ def _numeric(line: str) -> set[int]:
 def _header(lines: Sequence[str], fits: Sequence[Collection[str]]) -> tuple[list[Head], int, str]:
     """Heads of the columns, if there are any, the first line of data, and the header as written.
 
-    The header is the first line with a name of each of `fits`, or what is above the numbers.
+    The header is the last line above the data with a name of each of `fits`, or else with as many
+    cells as the data; it may be a comment, and a line of units may be below it.
     """
-    # It may be a comment.
-    texts = [line.strip().lstrip("#%/ ") for line in lines]
-    filled = [n for n, text in enumerate(texts) if _data(text)]
+    texts = {n: line.strip().lstrip("#%/ ") for n, line in enumerate(lines)}
+    first = next((n for n in texts if _data(lines[n]) and _begins_data(lines[n:])), len(lines))
+    above = {n: _cells(text) for n, text in texts.items() if n < first and _data(text)}
+    count = len(_cells(lines[first])) if first < len(lines) else None
+    units = _units(above[last]) if (last := max(above, default=-1)) >= 0 else []
+    if units:
+        del above[last]
 
-    def is_header(text: str) -> bool:
-        names = {_head(cell).name for cell in _cells(text)}
-        return all(not names.isdisjoint(fit) for fit in fits)
+    def likeness(n: int) -> tuple[bool, bool, int]:
+        names = {_head(cell).name for cell in above[n]}
+        known = all(not names.isdisjoint(fit) for fit in fits)
+        return known, count in (None, len(above[n])), n
 
-    at = next((n for n in filled if is_header(texts[n])), None)
-    if at is None:
-        first = next((n for n in filled if _begins_data(lines[n:])), len(lines))
-        above = [n for n in filled if n < first][-2:]
-        if first < len(lines):
-            count = len(_cells(lines[first]))
-            above = [n for n in above if len(_cells(texts[n])) == count]
-        if not above:
-            return [], first, ""
-        at = above[0] if _units(texts[above[-1]]) else above[-1]
-    heads, header = [_head(cell) for cell in _cells(texts[at])], texts[at]
-    below = [n for n in filled if n > at and _data(lines[n])]
-    if below and (units := _units(texts[below[0]])):
-        heads = [Head(cell.lower(), unit) for cell, unit in zip(_cells(header), units)]
-        header = f"{header} / {texts[below.pop(0)]}"
-    return heads, below[0] if below else len(lines), header
+    at = max(above, key=likeness, default=-1)
+    if at < 0 or not any(likeness(at)[:2]):
+        return [], first, ""
+    if units:
+        heads = [Head(cell.lower(), unit) for cell, unit in zip(above[at], units)]
+        return heads, first, f"{texts[at]} / {texts[last]}"
+    return [_head(cell) for cell in above[at]], first, texts[at]
 
 
 def _begins_data(lines: Sequence[str]) -> bool:
     """Whether rows of two numbers or more begin here; beside text they must be alike."""
     numeric = _numeric(lines[0])
-    if len(numeric) < 2 or len(numeric) == len(_cells(lines[0])):
-        return len(numeric) > 1
-    rows = (_numeric(line) for line in islice(filter(_data, lines), _ALIKE))
-    return len(set.intersection(*rows)) > 1
+    if len(numeric) < len(_cells(lines[0])):
+        rows = [_numeric(line) for line in lines[:_ALIKE] if _data(line)]
+        numeric = set.intersection(*rows)
+    return len(numeric) > 1
 
 
 def _head(cell: str) -> Head:
@@ -209,35 +199,33 @@ def _head(cell: str) -> Head:
         unit = next(filter(None, match.groups()[1:]), "").strip()
         if match.group(4) is None or symbol_of(unit) in SYMBOLS:
             return Head(match.group(1).strip().lower(), unit)
-    return Head(cell.strip().lower(), "")
+    return Head(cell.strip().lower())
 
 
-def _units(line: str) -> list[str]:
+def _units(cells: Sequence[str]) -> list[str]:
     """The cells of a line of units; none if it isn't one."""
-    cells = [cell.strip("[]() ") for cell in _cells(line)]
+    cells = [cell.strip("[]() ") for cell in cells]
     cells = [_WORDS.get(cell.lower().removesuffix("s"), cell) for cell in cells]
     known = any(symbol_of(cell) in SYMBOLS or cell in _VOLTS for cell in cells)
-    return cells if known and not _numeric(line) else []
+    return cells if known and not any(_is_number(cell, None) for cell in cells) else []
 
 
-def _factor(given: str, own: str, unit: str) -> float | None:
-    """From a column's given or own unit to the SI unit; None if it has none.
+def _factor(given: str, own: str, unit: str) -> float:
+    """From a column's given or own unit to the SI unit; 0 if it has another one.
 
     A sensitivity, 2 kN/V or 10 mV/N, is that of a sensor whose column is in V, or in mV by its own
     unit.
     """
-    number, symbol = _SIZE.fullmatch(given or own).groups()  # type: ignore[union-attr]
+    sizes = {symbol: size for symbol, (si, size) in SYMBOLS.items() if si == unit}
+    symbol = symbol_of(given or own or unit)
+    if symbol in sizes:
+        return sizes[symbol]
+    number, over, under = _RATIO.fullmatch(symbol).groups()  # type: ignore[union-attr]
     size = float(number) if number.strip(".") else 1.0
-    if not symbol and not given:
-        return 1.0
-    base, factor = SYMBOLS.get(symbol_of(symbol or unit), ("", 0.0))
-    if base == unit:
-        return size * factor
-    over, _, under = (part.strip() for part in symbol.partition("/"))
-    inverse = over in _VOLTS
-    sensor, volts = (under, over) if inverse else (over, under)
-    base, factor = SYMBOLS.get(symbol_of(sensor), ("", 0.0))
-    if base != unit or volts not in _VOLTS:
-        return None
-    ratio = size * _VOLTS[volts] / factor if inverse else size * factor / _VOLTS[volts]
-    return (1.0 / ratio if inverse else ratio) * _VOLTS.get(own, 1.0)
+    if not under:
+        return size * sizes.get(over or unit, 0.0)
+    if over in sizes and under in _VOLTS:
+        return size * sizes[over] / _VOLTS[under] * _VOLTS.get(own, 1.0)
+    if over in _VOLTS and under in sizes:
+        return sizes[under] / (size * _VOLTS[over]) * _VOLTS.get(own, 1.0)
+    return 0.0

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from golf_build import VERSION
-from golf_impact.calibration.curves import BASELINES
-from golf_impact.calibration.fit import Estimate
-from golf_impact.calibration.measurements import DEFAULT_SIGMA, IMPACT, TARGETS
+from golf_impact.calibration.fit import Estimate, enlargement
+from golf_impact.calibration.measurements import DEFAULT_SIGMA
+from golf_impact.calibration.series import BASELINES, IMPACT, TARGETS
 from golf_impact.quantities import QUANTITIES, Quantity, format_unit, format_with_error
 from golf_impact.units import unit_of
 
@@ -43,20 +43,20 @@ def describe_limits(parameters: Mapping[str, Estimate]) -> dict[str, str]:
     return words
 
 
-def sentences(calibration: Any) -> list[str]:
-    """What the numbers say."""
-    fit, data, words = calibration.fit, calibration.data, []
+def sentences(fit: Any) -> list[str]:
+    """What the numbers of a calibration say."""
+    data, words = fit.data, []
     for name, end in describe_limits(fit.parameters).items():
         limit = f"{name} is at its limit {fit.parameters[name].limit:g}"
         words.append(f"{limit}: check club speed and mass. Its 95 % interval is one-sided, {end}.")
-    if default := [name for name, target in data.targets.items() if not target.stated]:
+    if default := [name for name, one in data.targets.measured.items() if not one.stated]:
         words.append(f"σ is taken as {DEFAULT_SIGMA * 100:g} % of {', '.join(default)}.")
     for name, curve in data.curves.items():
-        words += [f"{curve.name}: {note}." for note in (*curve.notes, _baseline(calibration, name))]
-        if curve.step > 0.01 * curve.force.max():
+        words += [f"{curve.name}: {note}." for note in (*curve.notes, _baseline(fit, name))]
+        if curve.step > 0.01 * curve.signal.max():
             words.append(f"{curve.name} is resolved in steps of {curve.step:.3g} N.")
     for name in fit.estimated:
-        sigma = f"{fit.sigma[data.groups[name]][0]:.3g}, follows from its residuals"
+        sigma = f"{fit.sigma[name][0]:.3g}, follows from its residuals"
         words.append(f"σ of {data.series[name].name}, {sigma}; so χ² doesn't test the law.")
     square = f"χ² = {_chi(fit.chi_squared)} with {fit.degrees_of_freedom} degrees of freedom"
     if fit.probability is not None and fit.probability < _UNLIKELY:
@@ -71,21 +71,22 @@ def sentences(calibration: Any) -> list[str]:
             met = f"can't meet them together ({square}) and comes as near as it can"
         words.append(f"No more targets than parameters: {fit.title} {met}.")
     for name, r in fit.row_correlations.items():
-        enlarged = f"enlarged by {math.sqrt((1.0 + r) / (1.0 - r)):.2g}"
+        errors = f"enlarged by {enlargement(r):.2g}" if name in fit.estimated else "too small"
         words.append(
             f"Residuals of the {name} are correlated ({r:.2f}): the law misses its shape, or the "
-            f"noise is correlated; standard errors are "
-            f"{enlarged if name in fit.estimated else 'too small'}."
+            f"noise is correlated; standard errors are {errors}."
         )
-    if calibration.stiffnesses:
-        values = [found.value for found in calibration.stiffnesses.values()]
+    if own := fit.stiffnesses:
+        values = [found.value for found in own.values()]
         spread = 100.0 * (max(values) - min(values)) / fit.parameters["k"].value
-        often = [times for times in (20, 100, 1000) if calibration.chance_apart < 1.0 / times]
+        often = [times for times in (20, 100, 1000) if fit.chance_apart < 1.0 / times]
         much = "no more than by chance: one describes all of them."
         if often:
             much = f"more than chance in 1 of {often[-1]} (club speeds and masses count as exact)."
+        each = (f"{name}: k = {format_with_error(*one[:2])} N/m" for name, one in own.items())
         words.append(f"Stiffnesses of the curves differ by {spread:.2g} %, {much}")
-    better = min((fit, *calibration.fits), key=lambda other: other.aic)
+        words.append(f"Each on its own: {'; '.join(each)}.")
+    better = min((fit, *fit.fits), key=lambda other: other.aic)
     if fit.aic - better.aic > _BETTER and not fit.is_exact:
         lower = f"its AIC is lower by {fit.aic - better.aic:.3g}"
         words.append(f"{better.title} describes these measurements better: {lower}.")
@@ -98,9 +99,9 @@ def sentences(calibration: Any) -> list[str]:
     return [*words, f"Correlations: {', '.join(pairs)}."] if pairs else words
 
 
-def _baseline(calibration: Any, name: str) -> str:
+def _baseline(fit: Any, name: str) -> str:
     """What is subtracted from a curve."""
-    curve, found = calibration.data.curves[name], calibration.fit.curves[name]
+    curve, found = fit.data.curves[name], fit.curves[name]
     if not curve.baseline:
         return "baseline zero, nothing is subtracted"
     offset = f"an offset of {format_with_error(*found['offset'][:2])} N"
@@ -111,34 +112,27 @@ def _baseline(calibration: Any, name: str) -> str:
     return f"baseline linear, {offset} and a drift of {size} N over the record are subtracted"
 
 
-def tables(calibration: Any) -> list[Table]:
+def tables(fit: Any) -> list[Table]:
     """Parameters, measurements, predictions, and the comparison of laws; none is empty."""
-    fit, data = calibration.fit, calibration.data
+    data = fit.data
     square = f"χ² = {_chi(fit.chi_squared)}, degrees of freedom {fit.degrees_of_freedom}"
     at = f"{len(data.curves)} curves" if len(data.curves) > 1 else describe_impact(data.impact)
-    labels = [QUANTITIES[name].label for name in calibration.predictions]
+    labels = [QUANTITIES[name].label for name in fit.predictions]
     size = "rms residual (N)" if data.curves else "χ²"
-    own = calibration.stiffnesses
-    alone = {"all": fit.parameters["k"], **own} if own else {}
-    stiffness = [[name, format_with_error(*one[:2])] for name, one in alone.items()]
-    predictions = "Predictions with 95 % intervals, if the law holds"
+    title, predictions = f"{fit.title} (law {fit.law.law})", "Predictions with 95 % intervals"
+    columns = ["", "measured", "σ", "model", "residual (σ)"]
     found: list[Table] = [
-        (calibration.title, ["", "value ± standard error", "95 % interval"], _found(calibration)),
-        (
-            f"Measurements, {at}: {square}",
-            ["", "measured", "σ", "model", "residual (σ)"],
-            _measured(calibration),
-        ),
-        (predictions, ["club speed (m/s)", *labels], _predictions(calibration)),
-        ("Contact laws compared", ["", "parameters", size, "ΔAIC"], _laws(calibration)),
-        ("Stiffness by curve", ["", "k (N/m)"], stiffness),
+        (title, ["", "value ± standard error", "95 % interval"], _found(fit)),
+        (f"Measurements, {at}: {square}", columns, _measured(fit)),
+        (f"{predictions}, if the law holds", ["club speed (m/s)", *labels], _predictions(fit)),
+        ("Contact laws compared", ["", "parameters", size, "ΔAIC"], _laws(fit)),
     ]
     return [table for table in found if table[2]]
 
 
-def _found(calibration: Any) -> list[list[str]]:
-    found, rows = dict(calibration.parameters), []
-    for curve, own in calibration.fit.curves.items():
+def _found(fit: Any) -> list[list[str]]:
+    found, rows = dict(fit.parameters), []
+    for curve, own in fit.curves.items():
         number = curve.removeprefix("curve")
         found |= {("touch_time" if of == "touch" else of) + number: own[of] for of in own}
     for name, one in found.items():
@@ -150,33 +144,28 @@ def _found(calibration: Any) -> list[list[str]]:
     return rows
 
 
-def _measured(calibration: Any) -> list[list[str]]:
-    fit, data = calibration.fit, calibration.data
-    model = data.values + fit.residuals * fit.sigma
-
-    def scalars(group: str, quantities: list[Quantity]) -> list[list[str]]:
-        rows, places = [], range(*data.groups[group].indices(len(model)))
-        for n, one in zip(places, quantities):
-            off = f"{fit.residuals[n]:+.2f}" if abs(fit.residuals[n]) >= 0.005 else "0.00"
-            values = [one.format_value(data.values[n]), f"{fit.sigma[n] * one.factor:.2g}"]
-            rows.append([one.label, *values, one.format_value(model[n]), off])
-        return rows
-
-    targets = [TARGETS[name] for name in data.targets]
-    rows = scalars("targets", [QUANTITIES.get(n, Quantity(n, decimals=6)) for n in targets])
+def _measured(fit: Any) -> list[list[str]]:
+    data, rows = fit.data, []
+    for part, scalars in (("targets", data.targets), ("priors", data.priors)):
+        for n, (name, (value, sigma, _)) in enumerate(scalars.measured.items()):
+            one = Quantity(name if part == "targets" else f"{name} (prior)", decimals=6)
+            one = QUANTITIES.get(TARGETS.get(name, ""), one)
+            off = float(fit.residuals[part][n])
+            values = [one.format_value(value), f"{sigma * one.factor:.2g}"]
+            values.append(one.format_value(value + off * sigma))
+            rows.append([one.label, *values, f"{off:+.2f}" if abs(off) >= 0.005 else "0.00"])
     for name, series in data.series.items():
-        rms = f"rms {np.sqrt(np.mean(calibration.residuals[name] ** 2)):.2f}"
-        if series.impact:
-            rms += f" ({fit.rms[name]:.3g} N), {series.impact['club_speed']:g} m/s"
-        sigma = f"{np.mean(fit.sigma[data.groups[name]]):.3g}"
-        rows.append([series.name, f"{len(series.y)} rows", sigma, "", rms])
-    priors = [Quantity(f"{name} (prior)", decimals=6) for name in data.priors]
-    return rows + scalars("priors", priors)
+        text = f"rms {np.sqrt(np.mean(fit.residuals[name] ** 2)):.2f}"
+        if name in data.curves:
+            text += f" ({fit.rms[name]:.3g} N), {series.impact['club_speed']:g} m/s"
+        sigma = f"{fit.sigma[name].mean():.3g}"
+        rows.append([series.name, f"{len(series.y)} rows", sigma, "", text])
+    return rows
 
 
-def _predictions(calibration: Any) -> list[list[str]]:
-    rows = [[f"{speed:g}"] for speed in calibration.speeds]
-    for interval in calibration.predictions.values():
+def _predictions(fit: Any) -> list[list[str]]:
+    rows = [[f"{speed:g}"] for speed in fit.speeds]
+    for interval in fit.predictions.values():
         for row, value, low, high in zip(rows, *interval):
             text = format_with_error(value, high - value)
             if not math.isclose(high - value, value - low, rel_tol=1e-6):
@@ -185,52 +174,51 @@ def _predictions(calibration: Any) -> list[list[str]]:
     return rows
 
 
-def _laws(calibration: Any) -> list[list[str]]:
+def _laws(fit: Any) -> list[list[str]]:
     # Nothing is ranked by rounding.
-    ranked = [law.aic for law in calibration.fits if not law.is_exact]
-    exact, rows = len(ranked) < len(calibration.fits), []
-    for law in calibration.fits:
+    ranked = [law.aic for law in fit.fits if not law.is_exact]
+    exact, rows = len(ranked) < len(fit.fits), []
+    for law in fit.fits:
         values = ", ".join(f"{name} = {one.value:.4g}" for name, one in law.parameters.items())
-        curves = [f"{law.rms[name]:.4g}" for name in calibration.data.curves]
+        curves = [f"{law.rms[name]:.4g}" for name in fit.data.curves]
         delta = "exact" if law.is_exact else "–" if exact else f"{law.aic - min(ranked):.4g}"
         rows.append([law.law.title, values, ", ".join(curves) or _chi(law.chi_squared), delta])
     return rows
 
 
-def as_json(calibration: Any) -> dict[str, Any]:
-    """All of it, for calibrate.json (SI units); null where something isn't defined."""
-    fit, data = calibration.fit, calibration.data
+def as_json(fit: Any) -> dict[str, Any]:
+    """All of a calibration, for calibrate.json (SI units); null where something isn't defined."""
+    data = fit.data
     targets = [
         {"name": name, "target": one.value, "sigma": one.sigma, "sigma_given": one.stated}
-        | {"model": fit.predicted[name], "residual": float(residual)}
-        for (name, one), residual in zip(data.targets.items(), fit.residuals)
+        | {"model": fit.predicted[name], "residual": float(fit.residuals["targets"][n])}
+        for n, (name, one) in enumerate(data.targets.measured.items())
     ]
     series: dict[str, dict[str, Any]] = {}
     for name, one in data.series.items():
-        sigma = float(np.mean(fit.sigma[data.groups[name]]))
-        series[name] = {"name": one.name, "rows": len(one.y), "sigma": sigma}
-        series[name]["sigma_given"] = one.sigma is not None
+        sigma = {"sigma": float(fit.sigma[name].mean()), "sigma_given": one.sigma is not None}
+        series[name] = {"name": one.name, "rows": len(one.y), **sigma}
         if name in data.curves:
             own = {of: found.as_json() for of, found in fit.curves[name].items()}
             series[name] |= {"conditions": dict(one.impact), "touch_time": own.pop("touch")}
             series[name] |= {"baseline": BASELINES[len(one.baseline)], **own}
-    predictions: list[dict[str, Any]] = [{"club_speed": v} for v in calibration.speeds.tolist()]
-    for name, interval in calibration.predictions.items():
+    predictions: list[dict[str, Any]] = [{"club_speed": v} for v in fit.speeds.tolist()]
+    for name, interval in fit.predictions.items():
         for row, *ends in zip(predictions, *(part.tolist() for part in interval)):
             row[name] = dict(zip(interval._fields, ends))
     return {
         "version": VERSION,
-        "command": calibration.command,
+        "command": fit.command,
         "conditions": {name: fit.values[name] for name in IMPACT},
-        **fit.as_json(),
+        **fit.numbers(),
         "touch_time": series["curve"]["touch_time"] if data.curves else None,
         "targets": targets,
         "series": series,
-        "priors": {name: one._asdict() for name, one in data.priors.items()},
+        "priors": {name: one._asdict() for name, one in data.priors.measured.items()},
         "predictions": predictions,
-        "notes": calibration.words,
-        "comparison": [law.as_json() for law in calibration.fits],
-        "stiffness_by_curve": {n: one.as_json() for n, one in calibration.stiffnesses.items()},
+        "notes": sentences(fit),
+        "comparison": [law.numbers() for law in fit.fits],
+        "stiffness_by_curve": {name: one.as_json() for name, one in fit.stiffnesses.items()},
     }
 
 

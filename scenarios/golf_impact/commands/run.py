@@ -116,7 +116,7 @@ def own_case(
         result.cases[name] = impact(**given)
         shown, errors = derived(result.cases[name], given), {}
         if one and one.covariance:
-            from golf_impact.calibration.intervals import result_intervals
+            from golf_impact.intervals import result_intervals
 
             errors = derived(result_intervals(one, given, METRICS), given, error=True)
             if any(errors.values()):

@@ -1,4 +1,4 @@
-"""Tables of labs and oscilloscopes, measured numbers, and what a record's rows mean."""
+"""Records of labs and oscilloscopes, measured numbers, and what isn't one of an impact."""
 
 import math
 import os
@@ -6,16 +6,15 @@ import threading
 
 import numpy as np
 import pytest
-from lab import AT, record
+from command import golf_here, refused
+from test_calibrate import AT, record, write
 
-from golf_impact.calibration.measurements import Measured, measured, measurements, number
+from golf_impact import calibrate
+from golf_impact.calibration.measurements import measured, number
 from golf_impact.calibration.records import read_table
 from golf_impact.errors import UserError
 
-IMPACT = {"club_speed": 30.0, "m_club": 0.2, "m_ball": 0.05}
-RATE = 5e-6
 SERIES = (("time", "force", "sigma"), ("s", "N", "N"))
-
 TEKTRONIX = "Model,MSO54\nLabel,CH1,CH2\nVertical Offset,0,0\nVertical Scale,1,1\n\nTIME,CH1,CH2\n"
 BESIDE = "Record Length,2.5e3,,0,0.5,\nTrigger Point,1,,1,1,\nSource,CH1,,2,1.5,\n,,,3,2,\n"
 LECROY = "LECROYWS434,1,Waveform\nSegments,1,SegmentSize,2\n#1,24-Nov-2020,0\nTime,Ampl\n"
@@ -30,6 +29,7 @@ TABLES = {
     "numbers": ("0,9,1\n1,9,2\n", "1 [ms],3", [[0, 1e-3], [1, 2]]),
     "spaces": ("0 1\n1 2\n", "", [[0, 1], [1, 2]]),
     "quoted": ('"time","force"\n"0","1" # first\n"1","2"\n', "", [[0, 1], [1, 2]]),
+    "comment": ("# time,force\n# May,1\n0,1\n1,2\n", "", [[0, 1], [1, 2]]),
     "order": ("scope\nforce,time\n1,0\n2,1\n", "", [[0, 1], [1, 2]]),
     "empty": ("time,force\n", "", [[], []]),
     "sigma": ("time,force,sigma\n0,1,5\n1,2,5\n", "", [[0, 1], [1, 2], [5, 5]]),
@@ -54,29 +54,6 @@ def test_tables_of_labs_and_scopes(tmp_path, name, encoding):
     assert np.array(columns) == pytest.approx(np.array(expected))
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("Time,CH1,CH2\n0,1,2\n", ("its header is 'Time,CH1,CH2'", "--columns")),
-        ("x-axis,1\nsecond,Volt\n0,1\n", ("its header is 'x-axis,1 / second,Volt'",)),
-        ("time,force [V]\n0,1\n", ("unit 'V' of force", "2 kN/V", "'time,force [V]'")),
-        ("time,force\n0,1\n\n1,oops\n", ("line 4, column 2 (force): 'oops'", "a number")),
-        ("time,force\n0,1\n1\n", ("line 3, column 2 (force): ''",)),
-        ("time;force\n0,5;1\n1.000,5;1\n", ("line 3, column 1 (time): '1.000,5'",)),
-        ("time,force,time\n0,1,2\n", ("2 columns", "time")),
-        ("hello\nworld\n", ("its header is 'world'", "expected time,force")),
-        ("", ("no header",)),
-        (f"time,force\n{'0' * 131_073},1\n", ("a line has more than 131072 characters",)),
-    ],
-)
-def test_what_is_no_table(tmp_path, text, words):
-    file = tmp_path / "record.csv"
-    file.write_text(text)
-    with pytest.raises(UserError) as refusal:
-        read_table(file, *SERIES)
-    assert all(word in str(refusal.value) for word in (str(file), *words))
-
-
 def test_a_pipe_is_read_once(tmp_path):
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
@@ -87,6 +64,79 @@ def test_a_pipe_is_read_once(tmp_path):
     writer.join()
     assert np.array(columns) == pytest.approx(np.array([[0.0, 1.0], [1.0, 2.0]]))
     assert where(1) == f"{pipe}, row 2 (line 7)"
+
+
+#: A file (of COR over speed or of scalars by its first word, or of a curve), and what is wrong.
+FILES = [
+    ("Time,CH1,CH2\n0,1,2\n", "its header is 'Time,CH1,CH2'", "--columns"),
+    ("x-axis,1\nsecond,Volt\n0,1\n", "its header is 'x-axis,1 / second,Volt'"),
+    ("time,force [V]\n0,1\n", "unit 'V' of force", "2 kN/V", "'time,force [V]'"),
+    ("time,force\n0,1\n\n1,oops\n", "line 4, column 2 (force): 'oops'", "a number"),
+    ("time,force\n0,1\n1\n", "line 3, column 2 (force): ''"),
+    ("time;force\n0,5;1\n1.000,5;1\n", "line 3, column 1 (time): '1.000,5'"),
+    ("time,force,time\n0,1,2\n", "2 columns", "time"),
+    ("hello\nworld\n", "its header is 'world'", "expected time,force"),
+    ("", "no header"),
+    (f"time,force\n{'0' * 131_073},1\n", "a line has more than 131072 characters"),
+    ("approach_speed,cor\n30,0.8\n\n40,0\n", "row 2 (line 4)", "above 0"),
+    ("approach_speed,cor\n30,0.8\n30,0.7\n", "two speeds"),
+    ("approach_speed,cor\n30,0.8\n40,0.7\n", "sigma"),
+    ("approach_speed,cor,sigma\n30,0.8,0.1\n40,0.7,0\n", "row 2 (line 3)", "sigma = 0"),
+    ("target\n", "first line must be target,value"),
+    ("target,value,sigma\nspin,3000,1\n", "row 1 (line 2): there is no target 'spin'"),
+    ("target,value,sigma\ncor,high,\n", "row 1 (line 2): cor = 'high'"),
+    ("target,value,sigma\ncor,0.7,\ncor,0.8,\n", "row 2 (line 3): cor is given twice"),
+    ("target,value,sigma\ncor,0.7,0.1,4\n", "more cells"),
+    ("target,value,sigma\nm_ball,0.046,0.1\n", "m_ball takes no sigma: --prior"),
+]
+
+
+@pytest.mark.parametrize("case", FILES, ids=lambda case: case[1][:30])
+def test_files_that_are_refused(tmp_path, case):
+    text, *words = case
+    file = tmp_path / "bad.csv"
+    file.write_text(text)
+    options = {"approach": ["--cor-speeds"], "target": ["--csv"]}
+    option = next((options[word] for word in options if text.startswith(word)), None)
+    option = option or ["--club-speed", 40, "--m-club", 0.2, "--curve"]
+    refused(golf_here("calibrate", *option, file, "--out", tmp_path / "out"), "bad.csv", *words)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ("--cor 1", "cor = 1 is refused"),
+        ("--cor 0.7 --contact-time 600", "600e-6 for 600 µs"),
+        ("--cor 0.7 --max-force 6.6", "6600 for 6.6 kN"),
+        ("--cor 0.7±0 --contact-time 6e-4", "sigma_cor = 0"),
+        ("--cor 0.7 --measured cor=0.7", "cor is given twice"),
+        ("--measured spin=3", "no target 'spin'"),
+        ("--measured cor", "write NAME=VALUE"),
+        ("--ball-speed 50 --club-speed-after 24 --cor 0.74", "count once"),
+        ("--cor 0.7 --contact-time 6e-4 --exponent free", "3 are needed"),
+        ("", "--cor 0.743 --contact-time 600e-6"),
+        ("--cor 0.7 --contact-time 6e-4 --m-club 210", "0.21 for 210 g"),
+        ("--law 1 --exponent 1.5", "exponent = 1.5 is refused: law = 1"),
+        ("--law 1 --exponent free", "exponent = free is refused: law = 1"),
+        ("--reference-compression 0", "reference_compression = 0"),
+        ("--law 3", "1 (absolute)"),
+        ("--csv none.csv", "none.csv"),
+        ("--fix m_club=1", "fix m_club is refused"),
+        ("--fix k=8e5 --fix b=3 --cor 0.7 --contact-time 6e-4", "nothing is left"),
+        ("--prior k=8e5", "without its σ"),
+        ("--baseline sloped", "zero, constant, linear"),
+        ("--curve curve.csv", "needs club_speed and m_club"),
+        ("--curve curve.csv@40", "needs m_club"),
+        ("--curve curve.csv@90 --m-club 0.2", "90mph"),
+        ("--curve curve.csv@40 --m-club 0.2 --prior club_speed=40±1", "of their own"),
+    ],
+)
+def test_options_that_are_refused(tmp_path, options, words):
+    write(tmp_path / "curve.csv", *record())
+    done = golf_here("calibrate", *options.split(), "--out", "out", cwd=tmp_path)
+    refused(done, words)
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize(
@@ -109,14 +159,16 @@ def test_a_number_with_its_sigma(text):
 
 def curve(rows=260, lead=100):
     """The half sine of an undamped contact: 6 kN, 628 µs, 2.4 N·s; one row in 5 µs."""
-    time = RATE * np.arange(rows)
-    since = time - lead * RATE
+    time = 5e-6 * np.arange(rows)
+    since = time - lead * 5e-6
     inside = (since > 0.0) & (since < math.pi / 5e3)
     return time, np.where(inside, 6e3 * np.sin(5e3 * since), 0.0)
 
 
-def read(time, force, **options):
-    return measurements(IMPACT, curve=(time, force), **options).curves["curve"]
+def conditioned(*columns, **options):
+    """The curve as it is fitted."""
+    given = {"club_speed": 30.0, "m_club": 0.2, "m_ball": 0.05, "fix": {"k": 1e6, "b": 9.0}}
+    return calibrate(columns, **given, **options).data.curves["curve"]
 
 
 @pytest.mark.parametrize(
@@ -129,7 +181,7 @@ def read(time, force, **options):
         (lambda t, f: (t, np.where(t == t[150], 6e3, 0.0)), "of only 1 row in contact"),
         (lambda t, f: (t[170:], f[170:]), "the first: the record was triggered too late"),
         (lambda t, f: (t * 1e3, f), "contact of 0.5.* s, not of 600e-6: for ms write"),
-        (lambda t, f: (t, 1e3 * np.sin(t / RATE)), "no more than the rest"),
+        (lambda t, f: (t, 1e3 * np.sin(t / 5e-6)), "no more than the rest"),
         (lambda t, f: (t, f * 1e-3), "force looks like kN"),
         (lambda t, f: (t, 0.35 * f), "mph.* 10.5 to 21 m/s, or --m-club from 0.0194 to 0.0636"),
         (lambda t, f: (t[:, None], f), "arrays of one length"),
@@ -137,7 +189,7 @@ def read(time, force, **options):
 )  # fmt: skip
 def test_curves_that_are_refused(change, words):
     with pytest.raises(UserError, match=words):
-        read(*change(*curve()))
+        conditioned(*change(*curve()))
 
 
 @pytest.mark.parametrize(
@@ -145,10 +197,9 @@ def test_curves_that_are_refused(change, words):
 )
 def test_a_baseline_follows_from_the_rows_outside_contact(level, drift, kind):
     time, force = curve()
-    found = read(time, force + level + drift * time / time[-1])
+    found = conditioned(time, force + level + drift * time / time[-1])
     assert len(found.baseline) == kind
-    assert found.force == pytest.approx(force, abs=1e-6)
-    assert len(read(time, force, baseline="linear").baseline) == 2
+    assert found.signal == pytest.approx(force, abs=1e-6)
 
 
 @pytest.mark.parametrize(("rows", "kind"), [(9, 0), (10, 1)])
@@ -158,26 +209,13 @@ def test_a_baseline_needs_ten_rows(rows, kind):
     contact = np.flatnonzero(force > 0.25 * 6e3)
     quarter = 0.25 * (time[contact[-1]] - time[contact[0]])
     first = np.flatnonzero(time < time[contact[0]] - quarter)[-1] + 1 - rows
-    assert len(read(time[first:], force[first:] + 50.0).baseline) == kind
-
-
-@pytest.mark.parametrize("order", ["columns", "rows", "table", "mapping"])
-def test_forms_of_a_curve(order):
-    time, force = curve()
-    given = {
-        "columns": (time, force),
-        "rows": np.stack([time, force], axis=1),
-        "table": np.stack([time, force]),
-        "mapping": {"force": force, "time": time},
-    }[order]
-    series = measurements(IMPACT, curve=given).curves["curve"]
-    assert (series.x.tolist(), series.y.tolist()) == (time.tolist(), force.tolist())
+    assert len(conditioned(time[first:], force[first:] + 50.0).baseline) == kind
 
 
 def test_the_sign_of_a_sensor_and_clipped_rows():
     time, force = curve()
     sigma = np.linspace(10.0, 20.0, 260)
-    series = measurements(IMPACT, curve=(time, -np.minimum(force, 5e3), sigma)).curves["curve"]
+    series = conditioned(time, -np.minimum(force, 5e3), sigma)
     clipped = force >= 5e3
     assert series.notes[0] == "the force is negative; its sign was changed"
     assert f"{clipped.sum()} rows at the largest force are left out: clipped" in series.notes[1]
@@ -188,36 +226,20 @@ def test_the_sign_of_a_sensor_and_clipped_rows():
 @pytest.mark.parametrize("limit", [math.inf, 7000.0])
 def test_quantization_is_not_clipping(step, limit):
     """Rows at the largest value are a parabola's, or as many as are left out at a limit."""
-    time, force = record(551)
+    time, force = record(551, lead=0.15, trail=0.25)
     force = np.minimum(np.round(force / step) * step, limit)
-    series = measurements(AT, curve=(time, force)).curves["curve"]
+    series = calibrate((time, force), fix={"k": 8e5, "b": 37.0}, **AT).data.curves["curve"]
     assert len(series.x) == 551 - (limit < math.inf) * np.count_nonzero(force == force.max())
 
 
 def test_targets_from_a_file(tmp_path):
     file = tmp_path / "shot.csv"
     file.write_text("target,value,sigma\nball-velocity,50,0.5\ncor,0.74,\n\nclub_speed,36,\n")
-    data = measurements({"cor": "0.75±0.02", "m_club": 0.21}, file)
-    assert (data.impact["club_speed"], data.impact["m_club"]) == (36.0, 0.21)
-    assert data.targets == {"ball_speed": Measured(50.0, 0.5), "cor": Measured(0.75, 0.02)}
+    given = {"m_club": 0.21, "contact_time": 6e-4}
+    found = calibrate(csv=file, cor="0.75±0.02", **given).data
+    assert (found.impact["club_speed"], found.impact["m_club"]) == (36.0, 0.21)
+    assert found.targets.measured["ball_speed"] == (50.0, 0.5, True)
+    assert found.targets.measured["cor"] == (0.75, 0.02, True)
     file.write_text("target,value\ncor,74 %\n")
-    assert measurements({}, file).targets == {"cor": Measured(0.74, 0.0074, False)}
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("", "first line"),
-        ("target,value,sigma\nspin,3000,1\n", "row 1 (line 2): there is no target 'spin'"),
-        ("target,value,sigma\ncor,high,\n", "row 1 (line 2): cor = 'high'"),
-        ("target,value,sigma\ncor,0.7,\ncor,0.8,\n", "row 2 (line 3): cor is given twice"),
-        ("target,value,sigma\ncor,0.7,0.1,4\n", "more cells"),
-        ("target,value,sigma\nm_ball,0.046,0.1\n", "m_ball takes no sigma: --prior"),
-    ],
-)
-def test_files_that_are_refused(tmp_path, text, words):
-    file = tmp_path / "shot.csv"
-    file.write_text(text)
-    with pytest.raises(UserError) as refusal:
-        measurements({}, file)
-    assert words in str(refusal.value)
+    with pytest.raises(UserError, match="too few targets"):
+        calibrate(csv=file)

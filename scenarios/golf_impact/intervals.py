@@ -37,10 +37,7 @@ def ends_of(name: str, value: float) -> tuple[float, float]:
 
 
 def standard_errors(
-    outputs: Sequence[str],
-    values: Mapping[str, Any],
-    names: Sequence[str],
-    covariance: np.ndarray,
+    outputs: Sequence[str], values: Mapping[str, Any], names: Sequence[str], covariance: Any
 ) -> dict[str, np.ndarray]:
     """Standard errors of results (SI units), by linear propagation; NaN where there is no result.
 
@@ -67,13 +64,7 @@ def result_intervals(
 ) -> dict[str, float]:
     """Standard errors (SI units) of an impact's results that follow from a ball's covariance.
 
-    Values that differ from the ball's count as certain. NaN where there is no result; empty if no
-    value is uncertain.
-
-    Args:
-        ball: with the covariance of some of its values.
-        values: inputs and parameters of the impact, those of the ball among them.
-        outputs: Real outputs of the FMU.
+    Values that differ from the ball's count as certain; empty if no value is uncertain.
     """
     names = [name for name in ball.uncertain if values.get(name) == ball.values[name]]
     if not names:
