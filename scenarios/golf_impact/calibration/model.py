@@ -178,7 +178,8 @@ class Problem:
     ) -> _Minimizer:
         # Of χ²; with many rows it is about their number, and 1e-3 a thirtieth of a σ.
         rows = sum(map(len, self.sigma.values()))
-        tolerance = tolerance or (1e-10 if rows <= FEW else max(1e-10, 1e-3 / rows))
+        if not tolerance:
+            tolerance = 1e-10 if rows <= FEW else max(1e-10, 1e-3 / rows)
         found = _Minimizer(
             self.residuals,
             params,

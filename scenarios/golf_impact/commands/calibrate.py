@@ -16,7 +16,7 @@ EPILOG = (
 
 _CURVE = (
     "A measured force curve: time,force or time,force,sigma; units in its header (s, N), any zero "
-    "of time. Repeatable, each with its speed: FILE.csv@40; or a FILE.toml that lists them."
+    "of time. Repeatable, each with its speed: FILE.csv@40."
 )
 _COLUMNS = (
     "Columns of curves by name or number, with units or a sensor's sensitivity: 't [ms],F [kN]', "
