@@ -44,7 +44,6 @@ class ClubBallImpact(Adapter, Fmi3Slave, ModelExchange):
         # Bound here, a call from the host runs straight into the component.
         self.__dict__.update(
             do_step=component.step,
-            step_to_event=component.step_to_event,
             get_float64=component.reals,
             set_float64=component.set_values,
             set_time=component.set_time,

@@ -248,20 +248,6 @@ def test_states_that_no_instance_has_are_refused(places, value):
 # Events
 
 
-def test_steps_that_end_with_an_event():
-    """Touch is 1e-4 s after the start; a step that goes on beyond it reports none."""
-    for early, size, event in ((True, 1e-3, True), (False, 1e-3, False), (True, 5e-5, False)):
-        component = initialized(HybridComponent, pytest.fail, gap=0.0035)
-        assert component.step(0.0, 1e-5)
-        accepted, happened, end = component.step_to_event(1e-5, size, early)
-        assert (accepted, happened) == (True, event)
-        assert end == pytest.approx(1e-4 if event else 1e-5 + size, rel=1e-12)
-    # From 0 the next double after touch is enough.
-    component = initialized(HybridComponent, pytest.fail, gap=0.0035)
-    after = math.nextafter(0.0035 / 35.0, math.inf)
-    assert component.step_to_event(0.0, 1e-3, True) == (True, True, after)
-
-
 def test_a_solver_finds_no_separation_at_touch():
     """There is no force either; but the bodies close, at more than half of the approach speed."""
     component = initialized(HybridComponent, pytest.fail)

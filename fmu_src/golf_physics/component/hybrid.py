@@ -4,14 +4,14 @@ Which of the two an instance is for follows from the first call that only Model 
 then on the host's time and states count, and steps are refused.
 """
 
-from collections.abc import Callable, Iterator
-from math import inf, isfinite, nan, nextafter
+from collections.abc import Callable
+from math import inf, nan, nextafter
 from typing import Any
 
 from ..impact import advance
 from ..modes import START_REFUSED, STEPPING
 from ..refusals import conflict_of_inputs
-from ..values import Inputs, Refusal, added
+from ..values import Inputs, Refusal
 from ..variables import INPUTS, MORE_VARIABLES, VARIABLES
 from .component import Component
 from .outputs import OUTPUTS, Output, readings
@@ -107,51 +107,30 @@ class HybridComponent(Component):
             return True, False, None
         # Before the first step it may still be used for Model Exchange, which has indicators.
         ahead = solved is None and self.last_step
-        when = next(self._events_after(self._point), None) if ahead else None
+        when = self._next_event(self._point) if ahead else None
         # A solver starts anew at every event: derivatives jump with inputs as well, and fmusim's
         # CVODE is wrong otherwise.
         return False, solved is not None, when
 
-    def _events_after(self, point: float) -> Iterator[float]:
-        """When touch and separation are still to come (s), if the host's time is this one now."""
-        instant = self.instant()
-        inputs = Inputs(*self.values[:INPUTS])
+    def _next_event(self, point: float) -> float | None:
+        """When touch or separation comes, s, if the host's time is this one now; None: never."""
+        instant, inputs = self.instant(), Inputs(*self.values[:INPUTS])
         if conflict_of_inputs(self._impact.parameters, inputs) is not None:
             # The next step will be refused.
-            return
+            return None
         try:
-            impact = self._changed(inputs)
-            while True:
-                impact = advance(impact, inputs, instant)
-                impact.find_end()
-                left = nextafter(impact.duration - impact.elapsed(instant), inf)
-                if left == inf:
-                    return
-                # A step that ends there must not be shorter, whatever the host's rounding.
-                when = point + left
-                while when - point < left:
-                    when = nextafter(when, inf)
-                yield when
-                instant = added(instant, when - point)
-                point = when
+            impact = advance(self._changed(inputs), inputs, instant)
+            impact.find_end()
         except (ArithmeticError, ValueError):
-            return
-
-    def step_to_event(self, point: float, size: float, early: bool) -> tuple[bool, bool, float]:
-        """One communication step; if early return is allowed, only until touch or separation.
-
-        Returns whether it was accepted, see `step`; whether it ends with an event; where it ends,
-        s. An event inside a step that continues is over when the step ends, and isn't reported.
-        """
-        end = point + size
-        # A point or a size that isn't a number is refused below.
-        if self._mode == STEPPING and self._solved is None and isfinite(end):
-            for when in self._events_after(point):
-                if when > end:
-                    break
-                if when == end or (early and when > point):
-                    return self.step(point, size if when == end else when - point), True, when
-        return self.step(point, size), False, end
+            return None
+        left = nextafter(impact.duration - impact.elapsed(instant), inf)
+        if left == inf:
+            return None
+        # A step that ends there must not be shorter, whatever the host's rounding.
+        when = point + left
+        while when - point < left:
+            when = nextafter(when, inf)
+        return when
 
     def _solving(self) -> SolvedImpact:
         """The impact to solve; before stepping, that of the present values."""
