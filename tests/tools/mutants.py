@@ -27,15 +27,9 @@ _OPERATORS = (
     "!= ==", "=== !==", "!== ===", "&& ||", "|| &&", "and or", "or and", "is not", "+= =", "-= =",
     "*= =", "/= =",
 )  # fmt: skip
-_PAIRS = [
-    "min max",
-    "sin cos",
-    "any all",
-    "floor ceil",
-    "minimum maximum",
-    "larger smaller",
-    "fmin fmax",
-]
+_PAIRS = (
+    "min max", "sin cos", "any all", "floor ceil", "minimum maximum", "larger smaller", "fmin fmax",
+)  # fmt: skip
 _SHARED = {
     **{rf"(?<= ){re.escape(old)}(?= )": new for old, *new in map(str.split, _OPERATORS)},
     **{rf"\b{old}(?=\()": [new] for a in _PAIRS for old, new in (a.split(), a.split()[::-1])},
@@ -46,16 +40,14 @@ _C_LIKE = {
     r"\bbreak;": [";"], r"\+\+": ["--"],
     r"^ +[\w.\[\]>-]+(?: [-+*/]?= [^;\n]*;|\([^()\n]*\);?)$": [";"],
 }  # fmt: skip
-_STATEMENT = (
-    r"(?:raise|return) .+|[\w.\[\]]*[.\]]\w* = .+|[\w.\[\]]+ [-+*/]= .+|(?!def)[\w.]+\(.*\)"
-)
 _PYTHON = {
     r"\b(if|while) (.+)(?=:$)": [r"\1 (not (\2))"], r" if (.+?) else ": [r" if (not (\1)) else "],
     r"\bTrue\b": ["False"], r"\bFalse\b": ["True"], r"\bcontinue$": ["break"],
     r"\bbreak$": ["continue"], r"(?<!is )\bnot (?!in\b)": [""], r"\bis not\b": ["is"],
     r"\bnot in\b": ["in"], r"(?<= )in(?= )": ["not in"], r"(?<=\w)\*\*(?=\w)": ["*"],
     r"(?<!def )(\b[a-z]\w*)\((\w+), (\w+)(?=[,)])": [r"\1(\3, \2"],
-    rf"^( +)(?:{_STATEMENT})$": [r"\1pass"],
+    r"^( +)(?:raise|return) .+$": [r"\1pass"], r"^( +)(?!def)[\w.]+\(.*\)$": [r"\1pass"],
+    r"^( +)(?:[\w.\[\]]*[.\]]\w*|[\w.\[\]]+ [-+*/])(?: =|=) .+$": [r"\1pass"],
 }  # fmt: skip
 _TOKENS = {".py": _SHARED | _PYTHON, ".c": _SHARED | _C_LIKE, ".js": _SHARED | _C_LIKE}
 _NUMBER = r"(?<![\w.])(?:\d+\.\d*(?:e[-+]?\d+)?|\d+e-?\d+|\d+)(?![\w.])"
@@ -127,7 +119,8 @@ def packages() -> dict[str, list[str]]:
     listed = "git", "ls-files", "fmu_src", "build", "scenarios"
     found: dict[str, list[str]] = {}
     for file in subprocess.check_output(listed, cwd=ROOT, text=True).split():
-        if Path(file).suffix in _TEXT:
+        # page.c is compiled to the WebAssembly that is stored.
+        if Path(file).suffix in _TEXT and not file.endswith("/page.c"):
             found.setdefault(str(Path(file).parent), []).append(file)
     return found
 
