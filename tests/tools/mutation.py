@@ -24,7 +24,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 from collections import Counter, defaultdict
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -162,11 +161,11 @@ class Coverage(NamedTuple):
             for suite in NATIVE, SUITES[".js"][1]:
                 ran += checkout.run(*suite, every=True)[1]
             skip = [name for name, bad, _ in ran if bad or name.startswith(NO_EVIDENCE)]
-            place.write_text(json.dumps([seconds, skip, lines]))
+            place.write_text(json.dumps([seconds, skip, lines], default=sorted))
         return cls(*json.loads(place.read_text()))
 
     @staticmethod
-    def _lines(data: Path) -> dict[str, dict[int, list[str]]]:
+    def _lines(data: Path) -> dict[str, dict[int, set[str]]]:
         from coverage import CoverageData
 
         def source(file: str) -> str:
@@ -181,7 +180,7 @@ class Coverage(NamedTuple):
             for file in read.measured_files():
                 for line, tests in read.contexts_by_lineno(file).items():
                     lines[source(file)][line].update(tests)
-        return {file: {n: sorted(t) for n, t in own.items()} for file, own in lines.items()}
+        return lines
 
     def tests(self, mutant: Mutant, limit: float) -> list[str]:
         """Of the tests that execute a mutant's line, or its file, the quick ones first, by file."""
@@ -202,7 +201,7 @@ def try_mutant(mutant: Mutant, stage: str, checkout: Checkout, known: Coverage) 
         suite = {name.partition("::")[0] for name in run}
         if stage == "then":
             suite, run, skip = (), [], skip + run
-    begin, state, ran = time.perf_counter(), "survived", []
+    state, ran = "survived", []
     if suite or stage == "then":
         plan, target = checkout.folder / "plan", checkout.root / mutant.file
         plan.write_text(json.dumps([run, skip]))
@@ -210,8 +209,8 @@ def try_mutant(mutant: Mutant, stage: str, checkout: Checkout, known: Coverage) 
         target.write_text(mutant.source, "utf-8")
         state, ran = checkout.run(*suite, every=stage == "matrix", MUTATION_PLAN=str(plan))
         target.write_bytes(before)
-    by, seconds = [name for name, failed, _ in ran if failed], time.perf_counter() - begin
-    return {"key": mutant.key, "stage": stage, "state": state, "by": by, "seconds": seconds}
+    by = [name for name, failed, _ in ran if failed]
+    return {"key": mutant.key, "stage": stage, "state": state, "by": by}
 
 
 def print_table(columns: Sequence[str], counts: dict[str, Counter]) -> None:
@@ -258,12 +257,11 @@ def main(arguments: list[str] | None = None) -> float:
     parser.add_argument("--again", default="", help="test files to run on survivors")
     options = parser.parse_args(arguments)
     print("seed", options.seed)
-    options.folder.mkdir(parents=True, exist_ok=True)
     known, chosen = Coverage.measured(options.folder), sample(options.count, options.seed)
     log = options.folder / ("matrix.jsonl" if options.matrix else "results.jsonl")
     log.touch()
     results = {row["key"]: row for row in map(json.loads, log.open())}
-    rows = read_toml(ROOT / "tests" / "tools" / "equivalent_mutants.toml")["mutants"]
+    rows = read_toml(Path(__file__).with_name("equivalent_mutants.toml"))["mutants"]
     reasons = {tuple(difference): reason for *difference, reason in rows}
     checkouts = queue.Queue[Checkout]()
     for n in range(options.workers):
@@ -280,7 +278,7 @@ def main(arguments: list[str] | None = None) -> float:
         with log.open("a") as file:
             print(json.dumps(results[mutant.key]), file=file, flush=True)
 
-    stages = ["first", "then"] if not options.matrix else ["matrix"]
+    stages = ["matrix"] if options.matrix else ["first", "then"]
     for stage in [options.again] if options.again else stages:
         with ThreadPoolExecutor(options.workers) as pool:
             list(pool.map(partial(step, stage), chosen))
