@@ -26,7 +26,7 @@ import golf_physics
 from golf_build.archive import SUMS, checksums, scratch, write_archive
 from golf_build.extras import install_command
 from golf_build.native_header import header
-from golf_build.packaging import Builder, fmu_source, project_license
+from golf_build.packaging import HERE, Builder, fmu_source, project_license
 
 SUFFIX = ".native"
 
@@ -144,7 +144,8 @@ def files(builder: Builder, here: bool = False) -> dict[str, bytes]:
     made = {f"sources/{name}": data for name, data in sources.items()}
     made["modelDescription.xml"] = _describe(builder, token)
     if fmi == 3:
-        made["sources/buildDescription.xml"] = _BUILD_DESCRIPTION.format(model=model).encode()
+        description = HERE / "contents" / "buildDescription.xml"
+        made["sources/buildDescription.xml"] = description.read_bytes()
     made |= builder.documents([target.words for target in targets])
     libraries: dict[str, list[bytes]] = {}
     for target in targets:
@@ -189,18 +190,6 @@ def _sources(builder: Builder, token: str) -> dict[str, bytes]:
         found.pop(other)
     found |= {name: (headers / name).read_bytes() for name in _HEADERS[fmi]}
     return found | {"variables.h": header(fmi, token, builder.start).encode()}
-
-
-_BUILD_DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
-<fmiBuildDescription fmiVersion="3.0">
-  <BuildConfiguration modelIdentifier="{model}">
-    <SourceFileSet language="C99" compilerOptions="-ffp-contract=off">
-      <SourceFile name="all.c"/>
-    </SourceFileSet>
-    <Library name="m" external="true" description="C library: mathematics"/>
-  </BuildConfiguration>
-</fmiBuildDescription>
-"""
 
 
 def _comment(source: bytes) -> bytes:
