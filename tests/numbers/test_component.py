@@ -204,6 +204,20 @@ def test_the_start_time_is_finite():
     assert messages[0].sentence == "start time = nan s is refused: it must be a finite number"
 
 
+@pytest.mark.parametrize("kind", [Component, HybridComponent])
+def test_it_is_set_before_initialization(kind):
+    messages = []
+    component = kind(messages.append)
+    component.enter_initialization()
+    component.set_up(1.0)
+    component.exit_initialization()
+    assert messages[0].sentence == "set-up after initialization has begun is refused"
+    assert components.get(component, "touch_time") == [0.0]
+    # An illegal call costs one step.
+    assert not component.step(0.0, 1e-4)
+    assert component.step(0.0, 1e-4)
+
+
 # States
 
 
