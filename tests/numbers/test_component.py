@@ -7,8 +7,7 @@ import random
 import components
 import pytest
 from components import initialized, stepped
-from fmus import get, put, with_checksum
-from golf_physics.companions.swing import Swing
+from fmus import with_checksum
 from golf_physics.component.component import Component
 from golf_physics.component.hybrid import HybridComponent
 from golf_physics.component.state import Snapshot
@@ -16,8 +15,6 @@ from golf_physics.laws import LAWS, Law
 from golf_physics.laws.law import LinearLaw
 from golf_physics.values import Inputs, Motion, Parameters
 from golf_physics.variables import MOTION
-
-from golf_build.system import COMPANIONS
 
 
 def test_bodies_push_up_to_the_last_double_before_separation():
@@ -121,20 +118,6 @@ def test_an_integration_that_diverges_is_refined():
     # Elastic: velocities by momentum and energy.
     mean = (35.0 * 0.21 + 2.0 * 0.04593) / 0.25593
     assert phase.end_velocities() == pytest.approx([2 * mean - 35.0, 2 * mean - 2.0], rel=1e-13)
-
-
-def test_integrated_contacts_without_an_end():
-    """Bodies that come to rest together; a late end, for which the panels don't suffice."""
-    given = Inputs(1e6, 600.0, 35.0, 500.0), Motion(0.0, 0.0, 35.0, 0.0, 0.0, 35.0)
-    phase, exact = integrated(LAWS[1], *given), LinearLaw.contact(LAWS[1], P, *given)
-    assert (phase.duration, exact.duration) == (math.inf, math.inf)
-    dense, scale = exact.dense_output()
-    for t in (1e-4, 1e-3, 7e-3, 1.0):
-        assert phase.state(t) == pytest.approx(dense(scale * t), rel=1e-10)
-    late = Motion(0.0, -1e-3, 3.495, 6.4455, 1e-3, -2.9505)
-    phase = Law.contact(LAWS[1], P, Inputs(1e6, 300.0, 35.0, 0.0), late)
-    with pytest.raises(ArithmeticError, match="neither ended nor come to rest after 600 panels"):
-        phase.end()
 
 
 # Values at the ends of their ranges, and steps that end at an event
@@ -291,30 +274,3 @@ def test_a_solver_may_try_any_state():
     component.set_time(0.0)
     component.set_states([1e60, 0.0, 35.0, 0.0])
     assert component.derivatives()[2:] == [-math.inf, math.inf]
-
-
-# Companions
-
-
-def test_a_club_has_at_least_the_inertia_of_its_mass_and_moment():
-    rows, messages = COMPANIONS["Swing"].tables["rows"], []
-    swing = Swing(rows, messages.append)
-    swing.enter_initialization()
-    given = {"club_mass": 0.4, "club_first_moment": 0.3, "club_inertia": 0.2}
-    for row in rows:
-        if row.name in given:
-            swing.set_values([row.reference], [given[row.name]], row.type)
-    swing.exit_initialization()
-    assert "club_inertia = 0.2 is refused" in messages[-1].sentence
-    assert messages[-1].reason.endswith("it must be at least 0.225")
-
-
-def test_a_ball_that_is_launched_later_lies_on_the_ground(companion):
-    """Its touch time may be ahead of an importer that passes it on early."""
-    flight = companion("BallFlight")
-    put(flight, ball_velocity=50.0, touch_time=0.5, separated=True)
-    flight.doStep(0.0, 0.1)
-    assert get(flight, "distance", "height") == [0.0, 0.0]
-    assert get(flight, "carry")[0] > 100.0
-    flight.doStep(0.1, 0.5)
-    assert get(flight, "distance")[0] > 4.0
