@@ -228,6 +228,8 @@ def test_results_without_a_contact_or_a_separation(tmp_path, given, words, missi
         ("run --ball soft.toml", "soft.toml: k = 770 is taken in N/m: write k = 770000 for"),
         ("run --ball roh-lee --set club_speed=29.9", "roh-lee holds for 30 to 50 m/s, not for 29"),
         ("run --ball roh-lee --set club_speed=30", ""),
+        # The approach speed counts.
+        ("run --ball roh-lee --set ball_speed=-5 --set club_speed=46", "not for 51"),
         ("run --ball roh-lee --set club_speed=50", ""),
         ("run --ball roh-lee --set club_speed=50.1", "roh-lee holds for 30 to 50 m/s, not for 50"),
         ("sweep --set club_speed=90,95", "--set club_speed=42.4688 for 95 mph"),
