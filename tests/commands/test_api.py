@@ -40,7 +40,9 @@ def test_public_names():
 
 
 #: What has examples in its documentation.
-EXAMPLES = {"Impact", "run_impact", "run_impacts", "run_trajectory", "sensitivities", "sweep"}
+EXAMPLES = {
+    "Impact", "calibrate", "run_impact", "run_impacts", "run_trajectory", "sensitivities", "sweep"
+}  # fmt: skip
 
 #: Public functions and methods by name.
 FUNCTIONS = {

@@ -258,6 +258,13 @@ def calibrate(
 
     Raises:
         UserError: measurements are impossible or too few.
+
+    Example:
+        >>> found = calibrate(cor=(0.743, 0.005), contact_time="600±6us", club_speed=35.0)
+        >>> [f"{one.value:.3g} ± {one.standard_error:.1g}" for one in found.parameters.values()]
+        ['9.14e+05 ± 2e+04', '37.3 ± 0.9']
+        >>> found.predict(45.0)["smash_factor"].value.round(3).item()
+        1.43
     """
     fixed, priors = (
         {"exponent" if name == "n" else name: value for name, value in (given or {}).items()}
