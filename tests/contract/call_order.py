@@ -210,6 +210,7 @@ class Session:
         slave, memory, values = self._slaves.get(i), self._memory, []
         match call, *arguments:
             case ["new"]:
+                self._start_times.pop(i, None)
                 self._slaves[i] = make_instance(self._folder, f"instance {i}", loggingOn=True)
             case ["free"]:
                 self._slaves.pop(i).freeInstance()

@@ -1,6 +1,7 @@
 """The FMI 3.0 FMU: the same impact stepped, announced event by event, and solved by a host."""
 
 import math
+import random
 from contextlib import nullcontext, suppress
 from itertools import pairwise
 
@@ -17,15 +18,17 @@ from fmpy.fmi1 import FMICallException
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmus import (
     begin,
-    discard,
     get,
     get_all,
-    make_instance,
+    mutated,
+    packed,
     place,
     put,
+    restore_packed,
     solve_by_scipy,
     vector,
 )
+from golf_physics.component.component import Component
 from golf_physics.component.hybrid import HybridComponent
 from golf_physics.variables import CO_SIMULATION_ONLY, DERIVATIVES, INDICATORS, STATES, VARIABLES
 
@@ -68,36 +71,6 @@ def test_it_is_reproducible_and_recognized_as_current(fmi3_path, fmu_path, tmp_p
 
 
 # Co-simulation
-
-
-@pytest.fixture(scope="module")
-def fmi2(fmu_path, tmp_path_factory):
-    slave = make_instance(fmpy.extract(str(fmu_path), str(tmp_path_factory.mktemp("extracted2"))))
-    yield slave
-    discard(slave)
-
-
-POINTS = {
-    "one step": [0.0, 2e-3],
-    "one step from almost 0": [1e-10, 2e-3],
-    "many": [n * 7e-6 for n in range(150)],
-    "uneven, from 5 s": [5.0 + 1e-3 * (n / 60) ** 2 for n in range(60)],
-}
-
-
-@pytest.mark.parametrize("points", POINTS.values(), ids=POINTS)
-@pytest.mark.parametrize("values", KINDS.values(), ids=KINDS)
-def test_stepped_it_is_the_fmi2_fmu(make, fmi2, values, points):
-    changes = {20: {"k": 1.3e6, "b": 20.0}, 40: {"k": 9e5}} if "b" not in values else {}
-    fmi2.reset()
-    both = begin(make(), points[0], **values), begin(fmi2, points[0], **values)
-    for n, (now, then) in enumerate(pairwise(points)):
-        for slave in both:
-            put(slave, **changes.get(n, {}))
-            slave.doStep(now, then - now)
-        # The same operations on the same numbers: equal to the last bit.
-        one, other = ((get(slave, *OUTPUTS), slave.getBoolean(slave.flags)) for slave in both)
-        assert one == other
 
 
 def announced(slave):
@@ -146,6 +119,10 @@ def test_an_announcement_includes_inputs_set_since_the_step(make):
 #: Inputs jump in the last two: k and b in contact, the club speed on the way to the ball.
 SOLVED = {name: (given, ()) for name, given in KINDS.items()}
 SOLVED |= {name: CASES[name][1:] for name in ("changes", "changes, law 2")}
+SOLVED |= {
+    f"COR line, ball at {speed:g} m/s": (KINDS["COR line"] | {"ball_speed": speed, "gap": gap}, ())
+    for speed, gap in ((-12.0, 0.002), (12.0, 0.002))
+}
 
 
 @pytest.mark.model_exchange
@@ -406,17 +383,6 @@ def test_the_impulse_under_a_drag_is_unknown():
         assert math.isnan(get_values(model, "impulse")[0]) is (law == 1)
 
 
-def test_a_restitution_line_holds_for_the_approach_speed():
-    """Of a ball that comes or goes; the damping is the same in both ways of running."""
-    line = {"law": 2, "restitution_at_rest": 0.86, "restitution_slope": 0.0029}
-    for ball_speed in (-12.0, 12.0):
-        values = {**line, "ball_speed": ball_speed, "gap": 0.002}
-        model = initialized(HybridComponent, pytest.fail, **values)
-        steps_by(model, "DOP853")
-        (restitution,) = get_values(model, "coefficient_of_restitution")
-        assert restitution == pytest.approx(0.86 - 0.0029 * (35.0 - ball_speed), rel=1e-6)
-
-
 def test_a_refused_state_stops_a_solver():
     messages = []
     model = initialized(HybridComponent, messages.append)
@@ -469,54 +435,62 @@ def test_no_separation_is_overlooked(make, fmu, values, method, rtol):
 # State
 
 
-@pytest.mark.parametrize(
-    "kind", [FMU3Slave, pytest.param(FMU3Model, marks=pytest.mark.model_exchange)]
-)
-def test_state(make, kind):
-    """Saved in mid-contact, a state goes on exactly as before: in this instance or another one."""
-    first, second = begin(make(kind), gap=0.001), make(kind)
+@pytest.mark.model_exchange
+def test_a_state_in_model_exchange(make):
+    """Saved in mid-contact, it goes on exactly as before: in this instance or another one."""
+    first, second = begin(make(FMU3Model), gap=0.001), make(FMU3Model)
 
-    def advance(instance, n):
-        if kind is FMU3Slave:
-            instance.doStep(n * 2e-5, 2e-5)
-            return
+    def advance(model, n):
         if n == 2:
-            instance.enterEventMode()
-            instance.updateDiscreteStates()
-        place(instance, n * 2e-5, 3e-4 * n - 1e-3, 1e-4 * n, 35.0 - n, 2.0 * n)
+            model.enterEventMode()
+            model.updateDiscreteStates()
+        place(model, n * 2e-5, 3e-4 * n - 1e-3, 1e-4 * n, 35.0 - n, 2.0 * n)
 
-    def path(instance, state):
-        instance.setFMUState(state)
+    def path(model):
         found = []
         for n in range(4, 12):
-            advance(instance, n)
-            found.append(repr(get_all(instance)))
-        instance.freeFMUState(state)
+            advance(model, n)
+            found.append(repr(get_all(model)))
         return found
 
     for n in range(4):
         advance(first, n)
     put(first, k=1.2e6)
-    saved = first.getFMUState()
-    copy = second.deserializeFMUState(first.serializeFMUState(saved))
-    for n in range(4, 7):
-        advance(first, n)
-    assert path(first, saved) == path(second, copy)
+    data = packed(first)
+    restore_packed(second, data)
+    expected = path(first)
+    restore_packed(first, data)
+    assert path(first) == path(second) == expected
+    # Of any other content it is refused or restored; no call is fatal.
+    rng = random.Random(1)
+    for _ in range(60):
+        restore_packed(first, mutated(rng, data))
+        for call in (first.getContinuousStateDerivatives, first.getContinuousStates):
+            vector(call)
+        first.updateDiscreteStates()
+        get_all(first)
+        restore_packed(first, data)
 
 
-def test_a_state_of_nothing_is_refused(make, is_native):
-    slave = begin(make())
-    for data in (b"", b"[1, 2, 3]"):
-        if is_native:
-            with pytest.raises(FMICallException, match="error"):
-                slave.deserializeFMUState(data)
-            continue
-        state = slave.deserializeFMUState(data)
-        slave.setFMUState(state)
-        slave.freeFMUState(state)
-        with pytest.raises(FMICallException):
-            slave.doStep(0.0, 1e-4)
-    slave.doStep(0.0, 1e-4)
+def test_co_simulation_and_model_exchange_keep_their_states_apart():
+    messages = []
+    stepped, solved, fresh = (initialized(HybridComponent, messages.append) for _ in range(3))
+    plain = initialized(Component, messages.append)
+    stepped.step(0.0, 1e-4)
+    solved.update()
+    solved.set_time(0.0)
+    solved.derivatives()
+    saved = stepped.snapshot(), solved.snapshot()
+    before = stepped.reals([13, 17]), solved.states()
+    for component, state in ((stepped, saved[1]), (solved, saved[0]), (plain, saved[1])):
+        component.restore(state)
+        assert "a state that this component didn't make is refused" in str(messages.pop())
+    assert (stepped.reals([13, 17]), solved.states()) == before
+    # An instance that is neither may become both.
+    fresh.restore(saved[0])
+    fresh.set_time(1e-4)
+    assert "this instance has made steps" in str(messages[-1])
+    assert all(map(math.isnan, fresh.derivatives()))
 
 
 # Bad input
@@ -565,7 +539,7 @@ def test_no_call_is_fatal(make, is_native):
     put(slave, k=1e6)
     slave.doStep(0.0, 1e-4)
     for kind in ("Float64", "Int32", "Int64", "UInt64", "Boolean"):
-        for reference in (0, 8, 20, 13, 999, 2**32 - 1):
+        for reference in (0, 8, 20, 999, 2**32 - 1):
             for call in ("get", "set"):
                 with suppress(FMICallException) if is_native else nullcontext():
                     getattr(slave, f"{call}{kind}")([reference], *[[1]] * (call == "set"))
