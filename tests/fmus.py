@@ -162,26 +162,6 @@ def vector(get, size=4):
     return list(array)
 
 
-def solve_by_scipy(model, stop, method, **tolerances):
-    """Model Exchange of a club at 35 m/s from touch at 0 s to separation, or until `stop`, s."""
-    from scipy.integrate import solve_ivp
-
-    def slope(t, y):
-        place(model, t, *y)
-        return vector(model.getContinuousStateDerivatives)
-
-    def separation(t, y):
-        place(model, t, *y)
-        return vector(model.getEventIndicators, 2)[1]
-
-    separation.terminal = True
-    model.updateDiscreteStates()
-    start = [0.0, 0.0, 35.0, 0.0]
-    run = solve_ivp(slope, (0.0, stop), start, method, events=separation, **tolerances)
-    place(model, run.t[-1], *run.y[:, -1])
-    return run
-
-
 # States that no FMU has made
 
 
