@@ -192,3 +192,15 @@ def test_a_flight_that_never_ends_is_refused(companion):
     put(flight, ball_velocity=-1.0)
     flight.doStep(0.0, 1e-3)
     assert get(flight, "carry") == [0.0]
+
+
+def test_a_flight_by_hand(companion):
+    """In a vacuum: v² sin 2θ / g, v² sin² θ / (2 g), 2 v sin θ / g."""
+    launch = {"ball_velocity": 50.0, "launch_angle": math.radians(30.0), "backspin": 300.0}
+    flight = companion("BallFlight", air_density=0.0, gravity=10.0)
+    put(flight, **launch, separated=True)
+    flight.doStep(0.0, 1.25)
+    names = "carry", "apex", "flight_time", "land_angle", "distance", "height"
+    root = 0.75**0.5
+    expected = [250.0 * root, 31.25, 5.0, math.radians(30.0), 62.5 * root, 23.4375]
+    assert get(flight, *names) == pytest.approx(expected, rel=1e-14)

@@ -1,5 +1,6 @@
 """What FMI requires of a file beside its behaviour: descriptions, terminals, references."""
 
+import math
 import os
 import re
 import sys
@@ -267,3 +268,18 @@ def test_another_result_is_noticed(fmu_path, tmp_path):
     _, found = run_here(changed)
     assert found["law2"] == pytest.approx(6e-9, rel=0.1)
     assert found["law1"] <= 1e-14
+
+
+# Units
+
+
+def test_display_units_of_the_fmus(fmu_path, system_files):
+    """All of them; how many of the unit are an SI unit (one mile: 1609.344 m)."""
+    expected = {
+        "mm": 1e3, "g": 1e3, "ms": 1e3, "us": 1e6, "mph": 3600 / 1609.344, "km/h": 3.6, "kN": 1e-3,
+        "kN/m": 1e-3, "N/mm": 1e-3, "%": 100.0, "deg": 180.0 / math.pi, "rpm": 30.0 / math.pi,
+    }  # fmt: skip
+    for file in (fmu_path, *system_files()[:-1]):
+        for unit in fmpy.read_model_description(str(file)).unitDefinitions:
+            for one in unit.displayUnits or ():
+                assert one.factor == pytest.approx(expected[one.name], rel=1e-15), one.name

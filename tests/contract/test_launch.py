@@ -295,3 +295,33 @@ def test_units_and_display_units(files):
     shown = {name: (v.unit, v.displayUnit) for name, v in variables.items() if v.displayUnit}
     angles = ("dynamic_loft", "attack_angle", "launch_angle")
     assert shown == dict.fromkeys(angles, ("rad", "deg")) | {"backspin": ("rad/s", "rpm")}
+
+
+# By hand
+
+#: Masses of 0.2 and 0.05 kg at 30 m/s without damping; with a loft of tan 1/4 or 1 the face slides by
+#: 7.5 or 30 m/s.
+STRUCK = {
+    "ball_velocity": 48.0, "club_velocity": 18.0, "smash_factor": 1.6,
+    "coefficient_of_restitution": 1.0,
+}  # fmt: skip
+LAUNCHES = {
+    # ρ = 3 and κ = 1/3: half a tangential oscillation, which reverses the sliding: 2 · 7.5/75 N·s.
+    "sticks": ({"friction": 1e9, "tangential_stiffness_ratio": 1.0 / 3.0}, 0.25, (0.2, 500.0, 4.0)),
+    # Coulomb: 0.05 · 2.4 N·s.
+    "slips": ({"friction": 0.05}, 1.0, (0.12, 300.0, 2.4)),
+}
+
+
+@pytest.mark.parametrize(("values", "loft", "expected"), LAUNCHES.values(), ids=LAUNCHES)
+def test_by_hand(companion, values, loft, expected):
+    """Spin: impulse / (0.4 m r), a solid ball's."""
+    ball = {"m_club": 0.2, "m_ball": 0.05, "ball_diameter": 0.04, "dynamic_loft": math.atan(loft)}
+    launch = companion("Launch", **ball, **values)
+    put(launch, **STRUCK, separated=True)
+    launch.doStep(0.0, 1e-3)
+    names = "tangential_impulse", "backspin", "ball_speed", "launch_angle"
+    impulse, spin, across = expected
+    angle = math.atan(loft) - math.atan(across / 48.0)
+    expected = [impulse, spin, math.hypot(48.0, across), angle]
+    assert get(launch, *names) == pytest.approx(expected, rel=1e-12)

@@ -8,9 +8,10 @@ import pytest
 from conftest import some
 from fmpy.fmi1 import FMICallException
 from fmus import get, get_all, put
+from golf_physics.companions.double_pendulum import HELD, RELEASED, Golfer, Motion, State
 from scipy.integrate import solve_ivp
 
-from golf_build.system import DRIVE
+from golf_build.system import COMPANIONS, DRIVE
 
 BACKSWING = 0.75
 
@@ -304,3 +305,56 @@ def test_rollback(companion, at, values):
     # Also after what the other did with it.
     slave.setFMUstate(state)
     assert run(slave, at, at + 20) == straight
+
+
+def test_a_swing_by_hand(companion):
+    """A rigid pendulum that falls by 90°: ω² = 2 · 0.95 kg·m · g / 0.875 kg·m² = 16/s².
+
+    The club is a point of 0.3 kg, at 1.5 m from the shoulder.
+    """
+    swing = companion(
+        "Swing", arm_length=0.5, arm_first_moment=0.5, arm_inertia=0.2, club_length=1.0,
+        club_mass=0.3, club_first_moment=0.3, club_inertia=0.3, max_shoulder_torque=0.0,
+        max_wrist_torque=0.0, arm_start=math.pi / 2, wrist_start=0.0, release_angle=0.0,
+        gravity=14.0 / 1.9, plane_angle=math.pi / 2,
+    )  # fmt: skip
+    n = 0
+    while get(swing, "club_speed")[0] <= 0.0:
+        swing.doStep(n * 1e-3, 1e-3)
+        n += 1
+    names = "club_speed", "effective_mass", "energy"
+    assert get(swing, *names) == pytest.approx([6.0, 0.3, 7.0], rel=1e-12)
+
+
+@pytest.mark.parametrize("stage", [HELD, RELEASED])
+def test_force_and_torque_of_the_hands_by_newton(stage):
+    """Momentum of the club, and its angular momentum about its centre of mass, by differences."""
+    start = {row.name: row.start for row in COMPANIONS["Swing"].tables["rows"]}
+    golfer = Golfer(*map(start.get, Golfer._fields))
+    golfer = golfer._replace(release_angle=1.0, max_wrist_torque=5.0)
+    start, force, direction = State(-2.0, -3.0, 5.0, 5.0, 60.0, 3.0, 0.0), 800.0, 0.5
+    motion = Motion(golfer, 0.0, start, stage, force, direction)
+    mass, first, length = golfer.club_mass, golfer.club_first_moment, golfer.club_length
+
+    def momentum(t):
+        p, q, u, w, *_ = motion.at(t)[0]
+        r = mass * golfer.arm_length
+        velocity = (u * r * math.cos(p), u * r * math.sin(p))
+        return np.array([first * w * math.cos(q), first * w * math.sin(q)]) + velocity, w
+
+    t, step = 0.03, 1e-6
+    state, stage_then = motion.at(t)
+    assert stage_then == stage
+    (after, w_after), (before, w_before) = momentum(t + step), momentum(t - step)
+    push = force * np.array([math.cos(direction), math.sin(direction)])
+    hands = (after - before) / (2.0 * step) + push + (0.0, mass * golfer.gravity)
+    found, torque = motion.hands(t, state)
+    assert found == pytest.approx(math.hypot(*hands), rel=1e-8)
+    club, centre = np.array([math.sin(state.club), -math.cos(state.club)]), first / mass
+    spin = (golfer.club_inertia - first * centre) * (w_after - w_before) / (2.0 * step)
+
+    def moment(lever, force):
+        return lever * (club[0] * force[1] - club[1] * force[0])
+
+    expected = spin - moment(-centre, hands) - moment(length - centre, -push)
+    assert torque == pytest.approx(expected, rel=1e-6)

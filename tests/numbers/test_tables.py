@@ -4,8 +4,13 @@ import math
 from importlib.resources import files
 
 import pytest
+from cases import DEFAULTS
+from compare import assert_close
+from components import stepped
+from golf_physics.variables import MORE_UNITS
+from ways import REALS
 
-from golf_build import BY_NAME
+from golf_build import BY_NAME, UNITS
 from golf_build.system import COMPANIONS
 from golf_impact.ball import BALLS
 from golf_impact.files import read_toml
@@ -53,6 +58,10 @@ def test_speeds_of_balls():
         ("spin_decay", 2e-5), ("spin_ratio_limit", 0.75), ("wind_speed", 0.0),
         # A driver of the tour.
         ("backspin", 2686.0 * math.pi / 30.0), ("launch_angle", math.radians(10.9)),
+        # Ferguson, McNally & McPhee, ISEA 2022, doi:10.5703/1288284317493.
+        ("drag_constant", 0.1304), ("drag_spin", 0.9287), ("drag_spin_squared", -0.8259),
+        ("drag_reynolds", 0.0), ("lift_constant", 0.0504), ("lift_spin", 1.2031),
+        ("lift_spin_squared", -1.1490), ("lift_reynolds", 0.0),
     ],
 )  # fmt: skip
 def test_start_values_of_the_flight(name, value):
@@ -101,3 +110,70 @@ def test_results_without_a_value():
         "smash_factor", "coefficient_of_restitution", "energy_efficiency", "contact_time",
         "contact_displacement",
     ]  # fmt: skip
+
+
+def dimension(*factors):
+    """Of a product of variables, by exponents: (name, 1) or (name, -1)."""
+    base, units = {}, UNITS | MORE_UNITS
+    for name, power in factors:
+        for unit, exponent in units[BY_NAME[name].unit].base.items():
+            base[unit] = base.get(unit, 0) + power * exponent
+    return {unit: exponent for unit, exponent in base.items() if exponent}
+
+
+@pytest.mark.parametrize(
+    ("name", "factors"),
+    [
+        ("impulse", [("force", 1), ("contact_time", 1)]),
+        ("momentum", [("m_club", 1), ("club_velocity", 1)]),
+        ("kinetic_energy", [("force", 1), ("compression", 1)]),
+        ("k", [("force", 1), ("compression", -1)]),
+        ("b", [("force", 1), ("club_velocity", -1)]),
+        ("club_speed", [("gap", 1), ("contact_time", -1)]),
+        ("club_force", [("k", 1), ("gap", 1)]),
+        ("club_acceleration", [("force", 1), ("m_club", -1)]),
+        ("mean_force", [("impulse", 1), ("contact_time", -1)]),
+        ("smash_factor", [("ball_velocity", 1), ("club_speed", -1)]),
+        ("restitution_slope", [("club_speed", -1)]),
+        ("reference_compression", [("compression", 1)]),
+    ],
+)
+def test_units_by_dimension(name, factors):
+    assert dimension((name, 1)) == dimension(*factors)
+
+
+#: Of each kind; the last two are in extended precision.
+ANY = (
+    {"law": 1}, {"law": 2, "club_force": 300.0}, {"law": 2, "exponent": 1.6, "gap": 0.001},
+    {"law": 2, "restitution_at_rest": 0.86, "restitution_slope": 0.0029},
+    *({"law": n, "k": 8e3, "b": 1540.0, "club_speed": 276.0, "club_force": -1.1e5} for n in (1, 2)),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("values", ANY)
+def test_results_do_not_depend_on_the_base_units(values, sign):
+    def run(steps, **units):
+        def size(name):
+            return math.prod(units[unit] ** n for unit, n in dimension((name, 1)).items())
+
+        given = {name: value for name, value in (DEFAULTS | values).items() if name != "law"}
+        given = {name: size(name) * value for name, value in given.items()} | {"law": values["law"]}
+        instance = stepped(given, [(2e-4 * size("contact_time"), {})] * steps)
+        return {name: value / size(name) for name, value in instance.read(REALS).items()}
+
+    for steps in (1, 2, 10):
+        found = run(steps, kg=10.0 ** (9 * sign), m=10.0 ** (-5 * sign), s=10.0 ** (4 * sign))
+        exact, scales = run(steps, kg=1.0, m=1.0, s=1.0), {"coefficient_of_restitution": 1.0}
+        assert_close(found, exact, scales, values=values, steps=steps)
+
+
+def test_balls_have_the_digits_of_their_source():
+    """The document; Penner's COR 0.86 - 0.0029 v; the rules' 1.620 oz and 1.680 in at most."""
+    assert (BALLS["document"].values["k"], BALLS["document"].values["b"]) == (1e6, 9.0)
+    assert (BALLS["document-old"].values["k"], BALLS["document-old"].values["b"]) == (0.5e6, 12.0)
+    for name in ("penner", "rating-low", "rating-mid", "rating-high"):
+        line = [BALLS[name].values[n] for n in ("restitution_at_rest", "restitution_slope")]
+        assert line == [0.86, 0.0029]
+    assert BY_NAME["m_ball"].start == round(1.620 * 0.028349523125, 5)
+    assert BY_NAME["ball_diameter"].start == round(1.680 * 0.0254, 5)
