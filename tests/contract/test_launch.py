@@ -299,8 +299,8 @@ def test_units_and_display_units(files):
 
 # By hand
 
-#: Masses of 0.2 and 0.05 kg at 30 m/s without damping; with a loft of tan 1/4 or 1 the face slides by
-#: 7.5 or 30 m/s.
+#: Masses of 0.2 and 0.05 kg at 30 m/s without damping; with a loft of tan 1/4 or 1 the face
+#: slides by 7.5 or 30 m/s.
 STRUCK = {
     "ball_velocity": 48.0, "club_velocity": 18.0, "smash_factor": 1.6,
     "coefficient_of_restitution": 1.0,

@@ -9,7 +9,7 @@ from golf_impact.measured import ROH_LEE_FIGURES
 from golf_impact.quantities import format_with_error
 from golf_impact.scales import contact_scales
 
-#: As in test_meaning: μ = 0.04 kg, ω = 5000/s, a kinetic energy of 90 J.
+#: Of two masses: μ = 0.04 kg, ω = 5000/s, a kinetic energy of 90 J.
 GIVEN = {
     "m_club": 0.2, "m_ball": 0.05, "k": 1e6, "b": 0.0, "law": 2, "club_speed": 30.0,
     "ball_speed": 0.0, "gap": 0.003, "exponent": 1.0, "restitution_at_rest": 0.0,
