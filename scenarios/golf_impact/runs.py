@@ -47,30 +47,21 @@ class ImpactRuns:
     def impact(self, outputs: Sequence[str] = METRICS, **values: Any) -> Named[float]:
         """Compute an impact in one communication step; see `golf_impact.run_impact`.
 
-        Results have no value if the bodies don't touch or separate within `horizon`.
+        Results have no value if the bodies don't touch or separate within the step.
         """
-        self.run_to_end(self.horizon(values), values)
+        self.start(**values)
+        self.step(0.0, self._horizon(values))
+        if values.get("club_force") and self.read_flag("separated"):
+            # To separation: the head would go on accelerating, for seconds after 0.6 ms.
+            end = sum(self.read(("touch_time", "contact_time")).values())
+            self.start(**values)
+            self.step(0.0, end * (1.0 + 2.0**-51))
         results = Named(self.read(outputs))
         undefined = undefined_results(self.read_flag("touched"), self.read_flag("separated"))
         results.update((name, undefined[name]) for name in undefined.keys() & results.keys())
         return results
 
-    def run_to_end(self, horizon: float, values: Mapping[str, Any]) -> float:
-        """Make a run of this length, s; one with a force on the club head ends at separation.
-
-        Returns its length.
-        """
-        self.start(**values)
-        self.step(0.0, horizon)
-        if values.get("club_force") and self.read_flag("separated"):
-            # The head would go on accelerating, for seconds after an impact of 0.6 ms.
-            end = sum(self.read(("touch_time", "contact_time")).values())
-            horizon = end * (1.0 + 2.0**-51)
-            self.start(**values)
-            self.step(0.0, horizon)
-        return horizon
-
-    def horizon(self, values: Mapping[str, Any]) -> float:
+    def _horizon(self, values: Mapping[str, Any]) -> float:
         """A communication step (s) within which the bodies touch and separate, if they ever do.
 
         The values (SI units; defaults for the others) may be such that the FMU rejects them.
@@ -78,7 +69,7 @@ class ImpactRuns:
         gap, club, ball = self._values(values, "gap", "club_speed", "ball_speed")
         try:
             approach = gap / (club - ball) if club > ball else 0.0
-            step = max(HORIZON, 20.0 * self.half_period(values)) + approach
+            step = max(HORIZON, 20.0 * self._half_period(values)) + approach
         except (ArithmeticError, ValueError):
             return HORIZON
         return step if 0.0 < step < math.inf else HORIZON
@@ -86,7 +77,7 @@ class ImpactRuns:
     def _values(self, values: Mapping[str, Any], *names: str) -> list[float]:
         return [float(values.get(name, self.default(name))) for name in names]
 
-    def half_period(self, values: Mapping[str, Any]) -> float:
+    def _half_period(self, values: Mapping[str, Any]) -> float:
         """The contact time without damping, s: π √(μ/k); an estimate if the exponent isn't 1."""
         m_club, m_ball, k, n = self._values(values, "m_club", "m_ball", "k", "exponent")
         club, ball, d_r = self._values(values, "club_speed", "ball_speed", "reference_compression")
@@ -111,7 +102,7 @@ class ImpactRuns:
         touch = 0.0 if math.isnan(touch) else touch
         if math.isnan(contact):
             # Not separated within the horizon: sample the time in which the contact develops.
-            contact = 10.0 * self.half_period(values)
+            contact = 10.0 * self._half_period(values)
         margin = 0.1 * contact
         begin = max(0.0, touch - margin)
         self.start(**values)
