@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -45,18 +45,14 @@ def draw(design: Design, drawn: np.ndarray, axes: Axes) -> None:
     x = grid[along]
     rising = np.arange(len(x)) if along in _NAMED else np.argsort(x)
     rising = rising[:: -(-len(x) // _POINTS)]
-    with warnings.catch_warnings():
-        # A point where all is refused stays empty.
-        warnings.simplefilter("ignore", RuntimeWarning)
-        low, middle, high = np.nanpercentile(table[rising], (5, 50, 95), axis=-1)
     x = x[rising].astype(str) if along in _NAMED else x[rising]
-    lines = np.linspace(0, table.shape[1] - 1, min(table.shape[1], _LINES)).round().astype(int)
-    for n in lines:
+    number = table.shape[1]
+    for n in np.linspace(0, number - 1, min(number, _LINES)).round().astype(int):
+        low, middle, high = _percentiles(table[rising, n])
         label = f"{_words(others[0])} {grid[others[0]][n]}" if others else None
-        marker = "o" if len(x) <= _LINES else ""
-        (line,) = axes.plot(x, middle[:, n], marker=marker, label=label)
+        (line,) = axes.plot(x, middle, marker="o" if len(x) <= _LINES else "", label=label)
         if table.shape[-1] > 1:
-            axes.fill_between(x, low[:, n], high[:, n], color=line.get_color(), alpha=0.2)
+            axes.fill_between(x, low, high, color=line.get_color(), alpha=0.2)
     if others:
         axes.legend()
     fixed = ", ".join(f"{_words(name)} {grid[name][0]}" for name in others[1:])
@@ -65,6 +61,16 @@ def draw(design: Design, drawn: np.ndarray, axes: Axes) -> None:
     if len(x) > 2 and x.dtype == float and x[0] > 0.0:
         steps = np.diff(np.log(x))
         axes.set_xscale("log" if np.allclose(steps, steps[0]) else "linear")
+
+
+def _percentiles(samples: np.ndarray) -> Any:
+    """5, 50 and 95 % of samples, the last dimension, without those that have no value."""
+    if samples.shape[-1] == 1:
+        return np.stack([samples[..., 0]] * 3)
+    with warnings.catch_warnings():
+        # A point where all is refused stays empty.
+        warnings.simplefilter("ignore", RuntimeWarning)
+        return np.nanpercentile(samples, (5, 50, 95), axis=-1)
 
 
 def _words(name: str) -> str:
