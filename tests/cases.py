@@ -142,6 +142,8 @@ CASES = {
         "until d has decayed to 1e-320 m", {"k": 1033217.582605348, "b": 1148.4834442997599},
         end=0.3,
     ),
+    "hardly any drag": Case("its damping ratio would underflow in a divisor", {"b": 1e-300}),
+    "least drag": Case("a subnormal number", {"b": 5e-324}),
     # The share of a fast common motion decays before the oscillation, which leaves 1.5 N.
     "parts late": Case(
         "a pull against the drag",

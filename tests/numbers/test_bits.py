@@ -1,19 +1,28 @@
-"""Every FMU has the bits of the physics in this process, whatever is set, stepped and restored."""
+"""The same bits: in every FMU, whatever is set, stepped and restored, and in every Python.
 
+sum() and math.hypot have changed with Python, so the physics uses neither.
+"""
+
+import ast
+import json
 import math
+import os
 import random
+import shutil
 import struct
+import subprocess
 import sys
+from functools import cache
+from pathlib import Path
 
 import pytest
+from command import ROOT
 from conftest import some
 from ways import REALS
 
 from golf_impact.runs import FLAGS
 
-pytestmark = pytest.mark.skipif(
-    sys.platform != "linux", reason="of another C library functions differ"
-)
+PHYSICS = ROOT / "fmu_src" / "golf_physics"
 
 #: Smaller numbers are left over where larger ones cancel: their bits are those of no function.
 LEFT_OVER = 1e-50
@@ -85,7 +94,79 @@ def history(way, number):
     return [*found, *way.messages]
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="of another C library functions differ")
 @pytest.mark.parametrize("block", some(4, range(40), 40))
 def test_bits(fmu_way, way_of, block):
     for number in range(50 * block, 50 * (block + 1)):
         assert history(fmu_way, number) == history(way_of("in process"), number), number
+
+
+#: Impacts of all kinds, changed in contact; their outputs as hexadecimal numbers.
+_RUN = """
+import json, random, sys
+sys.path.insert(0, sys.argv[1])
+from golf_physics.component.component import Component
+from golf_physics.variables import BY_NAME, VARIABLES
+
+reals = [row.reference for row in VARIABLES if (row.causality, row.type) == ("output", "Real")]
+rng, found = random.Random(1), []
+for number in range(200):
+    kind = number % 5
+    values = {"k": 10.0 ** rng.uniform(4.0, 7.0), "b": rng.choice([0.0, rng.uniform(0.0, 300.0)])}
+    values |= {"club_speed": rng.uniform(5.0, 60.0), "ball_speed": rng.uniform(-5.0, 5.0)}
+    values |= {"law": 1 if kind == 0 else 2, "gap": rng.choice([0.0, 0.001])}
+    if kind in (2, 3):
+        values["exponent"] = rng.uniform(1.0, 3.0)
+    if kind == 3:
+        values |= {"restitution_at_rest": 0.86, "restitution_slope": 0.003}
+    if kind in (0, 4):
+        values["club_force"] = rng.choice([0.0, rng.uniform(-500.0, 500.0)])
+    component, time = Component(lambda refusal: None), 0.0
+    component.enter_initialization()
+    for name, value in values.items():
+        component.set_values([BY_NAME[name].reference], [value], BY_NAME[name].type)
+    component.exit_initialization()
+    for size in (2e-5, 1e-4, 1e-4, 3e-4, 1e-2):
+        component.set_values([BY_NAME["k"].reference], [values["k"] * rng.choice([1.0, 1.2])])
+        component.step(time, size)
+        time += size
+        found += [value.hex() for value in component.reals(reals)[: len(reals)]]
+print(json.dumps([sys.version_info[:2], found]))
+"""
+
+
+def python(version):
+    """An interpreter of this version, which may be one of pyenv's that isn't active."""
+    pyenv = Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv"), "versions")
+    names = [shutil.which(f"python{version}"), *pyenv.glob(f"{version}.*/bin/python{version}")]
+    for name in filter(None, names):
+        done = subprocess.run([name, "-c", "pass"], capture_output=True, check=False)
+        if done.returncode == 0:
+            return str(name)
+    return None
+
+
+@cache
+def run(interpreter):
+    command = [interpreter, "-I", "-c", _RUN, str(PHYSICS.parent)]
+    return json.loads(subprocess.run(command, capture_output=True, check=True, text=True).stdout)
+
+
+@pytest.mark.parametrize("version", ["3.10", "3.11", "3.12", "3.13", "3.14"])
+def test_bits_of_pythons(version):
+    interpreter = python(version)
+    if interpreter is None:
+        pytest.skip(f"python{version} isn't on PATH, nor among pyenv's versions")
+    (_, expected), (found_version, found) = run(sys.executable), run(interpreter)
+    assert found_version == [int(part) for part in version.split(".")]
+    assert len(found) == 200 * 5 * len(REALS)
+    differing = [(one, other) for one, other in zip(found, expected) if one != other]
+    assert not differing, (len(differing), differing[:3])
+
+
+def test_no_sum_and_no_hypot():
+    for path in sorted(PHYSICS.rglob("*.py")):
+        nodes = [*ast.walk(ast.parse(path.read_text("utf-8")))]
+        names = {n.id for n in nodes if isinstance(n, ast.Name)}
+        names |= {n.attr for n in nodes if isinstance(n, ast.Attribute)}
+        assert not names & {"sum", "hypot", "fsum", "dist", "sumprod"}, path

@@ -1,33 +1,262 @@
-"""The component in this process: rounding at an event, laws of one's own, refusals, solvers."""
+"""The component in this process: its clock, changes, laws of one's own, refusals, solvers.
 
+Many steps of any sizes end at the same instant as few, to the last bit of a double: the sum of the
+step sizes is exact (`fractions.Fraction`), and few steps have the same sum.
+"""
+
+import itertools
 import json
 import math
 import random
+from fractions import Fraction
 
 import components
 import pytest
-from components import initialized, stepped
+from compare import assert_close
+from components import initialized, is_set
 from fmus import with_checksum
 from golf_physics.component.component import Component
 from golf_physics.component.hybrid import HybridComponent
 from golf_physics.component.state import Snapshot
-from golf_physics.laws import LAWS, Law
+from golf_physics.laws import LAWS, Law, integrated
 from golf_physics.laws.law import LinearLaw
 from golf_physics.values import Inputs, Motion, Parameters
-from golf_physics.variables import MOTION
+from golf_physics.variables import MOTION, VARIABLES
+
+import golf_impact
+
+MOVING = ("force", "compression", "club_velocity", "ball_velocity", "impulse")
+LAW = {"law 1": {"law": 1}, "law 2": {"law": 2}, "n = 1.6": {"law": 2, "exponent": 1.6, "b": 30.0}}
+each_law = pytest.mark.parametrize("values", LAW.values(), ids=LAW)
+
+#: An approach, s, after which a contact begins.
+LONG = 333.0
 
 
-def test_bodies_push_up_to_the_last_double_before_separation():
-    """There the closed forms are all rounding error: some 1 of 500 below 0."""
+@pytest.fixture
+def way(way_of):
+    """The component."""
+    return way_of("in process")
+
+
+# The clock
+
+
+def few(total):
+    """At most four steps whose exact sum is that of many."""
+    steps = []
+    while total:
+        step = float(total)
+        # Never beyond: what is left is another step.
+        steps.append(step if Fraction(step) <= total else step * (1.0 - 2.0**-52))
+        total -= Fraction(steps[-1])
+    assert len(steps) <= 4
+    return steps
+
+
+def run(way, values, steps):
+    """Outputs after steps (s), each with inputs set before it, or none."""
+    way.begin(values)
+    for step in steps:
+        size, inputs = step if isinstance(step, tuple) else (step, {})
+        way.set(**inputs)
+        assert way.step(size)
+    return way.read()
+
+
+def unequal(seed):
+    """Into contact, 70 µs after touch, by ten steps, and by eight equal ones to 150 µs."""
+    rng = random.Random(seed)
+    steps = [rng.uniform(0.2, 1.8) * LONG / 500.0 for _ in range(480)]
+    left = float(Fraction(LONG) - sum(map(Fraction, steps)))
+    edges = [0.0, *sorted(rng.uniform(0.0, left) for _ in range(9)), left + 70e-6]
+    return [*steps, *(after - before for before, after in itertools.pairwise(edges)), *[1e-5] * 8]
+
+
+#: Of the equal ones the instant is the product of their number and size, of which none is a double.
+STEPS = {
+    **{f"unequal {seed}": (LONG, unequal(seed)) for seed in range(3)},
+    "equal": (LONG, [(LONG + 150e-6) / 20_011] * 20_011),
+    "alternating in contact": (0.0, [1e-9, 1.7e-9, 0.3e-9, 1e-9] * 25_000),
+}
+
+
+@each_law
+@pytest.mark.parametrize("name", STEPS)
+def test_many_steps_end_where_few_do(way, values, name):
+    approach, steps = STEPS[name]
+    values = {**values, "gap": 35.0 * approach}
+    many, once = (run(way, values, s) for s in (steps, few(sum(map(Fraction, steps)))))
+    assert many["in_contact"]
+    # That of the last step alone.
+    del many["mean_force"]
+    # Positions: those of a ball that lies at 0 until touch.
+    units = {"m/s": 35.0, "N": once["max_force"], "m": once["max_compression"]}
+    right = {name: once[name] for name in many if name != "touch_time"}
+    assert_close(many, right, {v.name: units.get(v.unit) for v in VARIABLES}, values=values)
+
+
+def test_after_a_club_speed_that_changes_at_every_step(way):
+    """The gap that is left is a sum of as many products; their order has no effect."""
+    number, size, last = 10_000, 1e-6 / 3.0, 150e-6
+    gap = 35.0 * 2 * number * size + 1e-3
+
+    def moving(steps):
+        steps = [*steps, (40.0, 1e-3 / 40.0 + last)]
+        changes = ((size, {"club_speed": speed}) for speed, size in steps)
+        found = run(way, {"law": 2, "gap": gap}, changes)
+        return {name: found[name] for name in MOVING}
+
+    half = few(number * Fraction(size))
+    once = moving([(speed, step) for speed in (30.0, 40.0) for step in half])
+    assert_close(moving([(30.0, size), (40.0, size)] * number), once)
+
+
+@each_law
+def test_a_change_in_contact_after_a_long_approach(way, values):
+    steps = [(150e-6, {}), (100e-6, {"k": 2e6})]
+    late = run(way, {**values, "gap": 35.0 * LONG}, [LONG, *steps])
+    early = run(way, values, steps)
+    assert_close(late, {name: early[name] for name in MOVING})
+
+
+# Events
+
+
+@each_law
+def test_bodies_push_up_to_the_last_double_before_separation(way, values):
+    """There the closed forms are all rounding error; also by steps that end beside it."""
     rng = random.Random(1)
-    for _ in range(1500):
-        law = rng.choice([1, 2])
-        values = {"law": law, "k": 10.0 ** rng.uniform(4, 7), "club_speed": rng.uniform(5, 70)}
-        time = stepped(values, [(1.0, {})]).read(["contact_time"])["contact_time"]
-        for last in (2.0**-53, 2.0**-51):
-            early = stepped(values, [(time * (1.0 - last), {})])
-            force, club, ball, *_, compression = early.read(MOTION).values()
-            assert min(force, compression, club - ball) >= 0.0
+    for number in range(2, 150):
+        given = values | {"k": 10.0 ** rng.uniform(4, 7), "club_speed": rng.uniform(5.0, 70.0)}
+        time = golf_impact.run_impact(["contact_time"], **given)["contact_time"]
+        steps = (
+            [time / number] * number
+            if number < 40
+            else [time * (1.0 - rng.choice([1, 4]) * 2**-53)]
+        )
+        way.begin(given)
+        for size in steps:
+            assert way.step(size)
+            force, *_, compression = way.read(MOTION).values()
+            assert min(force, compression) >= 0.0
+
+
+@pytest.mark.parametrize("block", range(10))
+def test_a_step_to_the_announced_event_reaches_it(block):
+    """Touch and separation, wherever the host's clock stands: never an instant too early."""
+    for seed in range(20 * block, 20 * block + 20):
+        rng = random.Random(seed)
+        ranges = {"gap": (0.0, 10.0 ** (seed % 5)), "club_speed": (5.0, 70.0), "k": (1e5, 3e6)}
+        given = {name: rng.uniform(*ends) for name, ends in ranges.items()}
+        component = initialized(HybridComponent, pytest.fail, **given)
+        point, step = rng.choice([0.0, rng.uniform(-1e3, 1e3)]), rng.uniform(1e-5, 1e-3)
+        assert component.step(point, step)
+        point += step
+        for flag in ("touched", "separated"):
+            if not is_set(component, flag):
+                _, _, when = component.update()
+                assert component.step(point, when - point)
+                point += when - point
+            assert is_set(component, flag), (flag, point, given)
+
+
+@pytest.mark.parametrize(("bits", "faster"), [(0, True), (1, True), (2, False)])
+def test_touch_is_undecided_up_to_the_last_bit_of_the_clock(way, bits, faster):
+    """Touch is at 1 s; a club speed set there still counts, as a host may have rounded."""
+    steps = [1.0 + bits * 2.0**-52, (1.0, {"club_speed": 70.0})]
+    now = run(way, {"gap": 35.0, "law": 2}, steps)
+    once = now["smash_factor"] * 35.0
+    assert now["ball_velocity"] == pytest.approx(once * (2.0 if faster else 1.0), rel=1e-13)
+
+
+def test_separation_wins_over_a_change_at_the_same_instant(way):
+    values = {"law": 2, "b": 0.0}
+    contact = golf_impact.run_impact(("contact_time",), **values)["contact_time"]
+    after = run(way, values, [contact, (1e-3, {"club_force": 5e4})])
+    assert after["contact_time"] == pytest.approx(contact, rel=1e-15)
+    assert after["club_velocity"] > 200.0
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_after_separation_results_are_constant_and_the_compression_only_falls(way, seed):
+    """To 0, where it stays, whatever the inputs."""
+    rng = random.Random(seed)
+    values = {"law": 1 + seed % 2, "b": rng.uniform(5.0, 60.0), "club_force": 100.0}
+    values |= {"law": 2, "exponent": 1.5, "club_force": 0.0} if seed % 3 == 0 else {}
+    end = run(way, values, [1e-3])["contact_time"] * (1.0 + 1e-12)
+    at_end = run(way, values, [end])
+    results = [v.name for v in VARIABLES if v.causality == "output" and not v.momentary]
+    for name in ("club_velocity", "momentum", "kinetic_energy"):  # the force goes on
+        results.remove(name)
+    left, crossed = math.inf, False
+    for size in (*[1e-7] * 20, *[1e-5] * 20, *[2e-2] * 20):
+        way.set(club_force=rng.uniform(-1e4, 2e4), k=rng.uniform(1e5, 1e7), b=rng.uniform(0, 99))
+        assert way.step(size)
+        now = way.read()
+        assert [now[name] for name in results] == [at_end[name] for name in results]
+        assert now["force"] == 0.0
+        assert 0.0 <= now["compression"] <= left
+        crossed |= now["club_position"] > now["ball_position"] + 1e-3
+        left = now["compression"]
+    assert left == 0.0
+    assert crossed
+
+
+def test_the_time_of_the_largest_force_never_goes_back(way):
+    """Near its maximum the force is flat: a later value may be larger by rounding."""
+    values = {"m_club": 1.6511082076446364, "m_ball": 0.6056538241224874, "b": 281579248.5904923}
+    path = way.path(values | {"club_speed": 1.0}, [(2.5483879036306085e-09, {})] * 64)
+    times = [now["time_of_max_force"] for now in path]
+    assert times == sorted(times)
+
+
+@pytest.mark.parametrize("before", [f * 10.0**-n for n in range(4, 17) for f in (1, 3)])
+def test_the_largest_force_comes_after_a_change_just_before_it(way, before):
+    """Under law 1 the force doesn't jump with b: it goes on to rise, by less than rounding."""
+    names = ("time_of_max_force", "max_force")
+    once = run(way, {}, [1e-3])
+    change = once["time_of_max_force"] * (1.0 - before)
+    found = run(way, {}, [change, (1e-3, {"b": 9.0 * (1.0 + 1e-9)})])
+    assert [found[n] for n in names] == pytest.approx([once[n] for n in names], rel=1e-14)
+
+
+@pytest.mark.parametrize("values", [{"law": 1}, {"law": 2, "b": 0.0}], ids=["law 1", "law 2"])
+def test_a_change_while_the_compression_underflows(way, values):
+    """Right after touch neither compression nor force is above 0, but the bodies close."""
+    found = run(way, {**values, "club_speed": 1e-200}, [1e-130, (1.0, {"k": 2e6})])
+    names = ("smash_factor", "coefficient_of_restitution", "contact_time")
+    # A linear law's don't depend on the speed.
+    expected = golf_impact.run_impact(names, k=2e6, **values)
+    assert {name: found[name] for name in names} == pytest.approx(expected, rel=1e-13)
+
+
+def test_only_pieces_that_are_read_are_integrated(way, monkeypatch):
+    pieces, panel = [], integrated.next_panel
+    monkeypatch.setattr(integrated, "next_panel", lambda *a: pieces.append(1) or panel(*a))
+    values = {"law": 2, "exponent": 1.6, "club_force": 100.0}
+    run(way, values, [(1e-5, {"club_force": 100.0 + n}) for n in range(50)])
+    # Half as many with whole contacts would be 50 times 20.
+    assert len(pieces) < 400
+
+
+def test_the_mean_force_of_a_short_step_of_an_integrated_contact(way):
+    """The difference of two impulses would have no digits left."""
+    before = run(way, {"law": 2, "exponent": 1.5, "club_force": 500.0}, [2e-4])["force"]
+    assert way.step(1e-10)
+    now = way.read()
+    assert now["mean_force"] == pytest.approx(0.5 * (before + now["force"]), rel=1e-12)
+    assert before < now["force"]
+
+
+@pytest.mark.parametrize("size", [1e3, 1e25])
+def test_bodies_that_stay_together(way, size):
+    """Beyond the range of a decimal's exponent nothing is left of the compression."""
+    found = run(way, {"b": 5000.0}, [size])
+    # What the club loses to its own drag is what the ball loses: the same path.
+    place = 0.21 * 35.0 / 1e4
+    expected = {"compression": 0.0, "force": 0.0, "club_position": place, "impulse": 5e3 * place}
+    assert {name: found[name] for name in expected} == pytest.approx(expected, rel=1e-14)
 
 
 # Laws of one's own
@@ -92,7 +321,7 @@ def test_a_law_without_a_number(monkeypatch, kind, beyond):
     assert "must be a finite number" in messages[-1].sentence
 
 
-def integrated(law, *given):
+def by_integration(law, *given):
     phase = Law.contact(law, P, *given)
     while phase.extend():
         pass
@@ -104,7 +333,7 @@ def integrated(law, *given):
 def test_a_linear_law_by_its_coefficients_alone(law, b):
     """Against the integration of its force and drag; measured: 5e-15."""
     given = Inputs(1e6, b, 35.0, 0.0), TOUCH
-    linear, phase = LinearLaw.contact(law, P, *given), integrated(law, *given)
+    linear, phase = LinearLaw.contact(law, P, *given), by_integration(law, *given)
     assert linear.duration == pytest.approx(phase.duration, rel=1e-12)
     assert linear.end_velocities() == pytest.approx(phase.end_velocities(), rel=1e-12)
     half = 0.5 * linear.duration
@@ -114,49 +343,13 @@ def test_a_linear_law_by_its_coefficients_alone(law, b):
 
 
 def test_an_integration_that_diverges_is_refined():
-    phase = integrated(Exponential(math.inf), Inputs(1e6, 0.0, 35.0, 0.0), TOUCH)
+    phase = by_integration(Exponential(math.inf), Inputs(1e6, 0.0, 35.0, 0.0), TOUCH)
     # Elastic: velocities by momentum and energy.
     mean = (35.0 * 0.21 + 2.0 * 0.04593) / 0.25593
     assert phase.end_velocities() == pytest.approx([2 * mean - 35.0, 2 * mean - 2.0], rel=1e-13)
 
 
-# Values at the ends of their ranges, and steps that end at an event
-
-
-@pytest.mark.parametrize("size", [1e3, 1e25])
-def test_bodies_that_stay_together(size):
-    """Beyond the range of a decimal's exponent nothing is left of the compression."""
-    names = ["compression", "force", "club_position", "impulse"]
-    found = stepped({"b": 5000.0}, [(size, {})]).read(names)
-    # What the club loses to its own drag is what the ball loses: the same path.
-    place = 0.21 * 35.0 / 1e4
-    assert list(found.values()) == pytest.approx([0.0, 0.0, place, 5e3 * place], rel=1e-14)
-
-
-def test_hardly_any_drag():
-    """Its damping ratio would underflow in a divisor."""
-    names = ["contact_time", "smash_factor", "max_force"]
-    none, *hardly = (stepped({"b": b}, [(1.0, {})]).read(names) for b in (0.0, 1e-300, 5e-324))
-    assert hardly == [pytest.approx(none, rel=1e-14)] * 2
-
-
-def test_the_mean_force_of_a_short_step_of_an_integrated_contact():
-    """The difference of two impulses would have no digits left."""
-    instance = stepped({"law": 2, "exponent": 1.5, "club_force": 500.0}, [(2e-4, {})])
-    before = instance.read(["force"])["force"]
-    instance.step(2e-4, 1e-10)
-    now = instance.read(["force", "mean_force"])
-    assert now["mean_force"] == pytest.approx(0.5 * (before + now["force"]), rel=1e-12)
-    assert before < now["force"]
-
-
-@pytest.mark.parametrize(("bits", "faster"), [(0, True), (1, True), (2, False)])
-def test_touch_is_undecided_up_to_the_last_bit_of_the_clock(bits, faster):
-    """Touch is at 1 s; a club speed set there still counts, as a host may have rounded."""
-    steps = [(1.0 + bits * 2.0**-52, {}), (1.0, {"club_speed": 70.0})]
-    now = stepped({"gap": 35.0, "law": 2}, steps).read(["ball_velocity", "smash_factor"])
-    once = now["smash_factor"] * 35.0
-    assert now["ball_velocity"] == pytest.approx(once * (2.0 if faster else 1.0), rel=1e-13)
+# Refusals
 
 
 def test_a_step_to_a_touch_that_is_refused():
@@ -242,7 +435,7 @@ def test_states_that_no_instance_has_are_refused(places, value):
     assert changed_state(component, *places, value=value) is None
 
 
-# Events
+# Solvers
 
 
 def test_a_solver_finds_no_separation_at_touch():

@@ -1,5 +1,6 @@
 """Impacts by every way, beside the references; by any steps, with states restored in between."""
 
+import math
 import random
 from itertools import pairwise
 
@@ -104,3 +105,49 @@ def test_random_cases_by_whole_impacts(way_of, random_impacts, name):
     found = way_of(name).outputs(cases)
     assert_same_results(found, exact, cases)
     assert 100 < sum(isinstance(one, str) for one in found) < 400
+
+
+# Numbers that a calculation by hand gives, of round ones: masses of 0.2 and 0.05 kg (μ = 0.04 kg),
+# k = 1 MN/m (ω = √(k/μ) = 5000/s), 30 m/s.
+
+
+BY_HAND = {
+    # Half an oscillation.
+    "undamped": (
+        {"law": 2, "b": 0.0, "gap": 0.003},
+        {
+            "smash_factor": 1.6, "coefficient_of_restitution": 1.0, "energy_efficiency": 1.0,
+            "club_velocity": 18.0, "ball_velocity": 48.0, "impulse": 2.4, "momentum": 6.0,
+            "kinetic_energy": 90.0, "max_force": 6000.0, "max_compression": 6e-3,
+            "touch_time": 1e-4, "contact_time": math.pi / 5e3, "time_of_max_force": math.pi / 1e4,
+            "contact_displacement": 24.0 * math.pi / 5e3,
+        },
+    ),
+    # Damping ratio 1/2: COR = exp(-2π/(3√3)); Schwager & Pöschel, Granular Matter 9 (2007) 465.
+    "damped": (
+        {"law": 2, "b": 200.0},
+        {
+            "smash_factor": 1.0387488473538199, "coefficient_of_restitution": 0.29843605919227489,
+            "energy_efficiency": 0.817812816285243, "impulse": 1.5581232710307299,
+            "contact_time": 4.8367983046245809e-4, "contact_displacement": 0.010175822846976075,
+            "max_force": 6000.0, "time_of_max_force": 0.0,
+        },
+    ),
+    # Hertz: d = (5 μ u²/(4 K))^(2/5), T = 2.94327518432470464 d/u, K = k/√(5 mm); Landau and
+    # Lifshitz, Theory of Elasticity, § 9.
+    "Hertz": (
+        {"law": 2, "exponent": 1.5, "b": 0.0},
+        {
+            "smash_factor": 1.6, "max_compression": 6.3252690951412494e-3,
+            "contact_time": 6.2056691873017396e-4, "max_force": 7114.3218293379352,
+        },
+    ),
+}  # fmt: skip
+
+
+def test_results_by_hand(whole_way):
+    given = {"m_club": 0.2, "m_ball": 0.05, "club_speed": 30.0}
+    cases = [given | values for values, _ in BY_HAND.values()]
+    for (_, expected), found in zip(BY_HAND.values(), whole_way.outputs(cases), strict=True):
+        found = {name: found[name] for name in expected}
+        assert found == pytest.approx(expected, rel=1e-13, abs=1e-18)

@@ -1,4 +1,4 @@
-"""Tables beside the code: digits of their sources, and units that fit their factors."""
+"""Tables beside the code: digits of their sources, formats, and units that fit their factors."""
 
 import math
 from importlib.resources import files
@@ -6,23 +6,22 @@ from importlib.resources import files
 import pytest
 from cases import DEFAULTS
 from compare import assert_close
-from components import stepped
 from golf_physics.variables import MORE_UNITS
 from ways import REALS
 
 from golf_build import BY_NAME, UNITS
 from golf_build.system import COMPANIONS
 from golf_impact.ball import BALLS
+from golf_impact.document import Printed
 from golf_impact.files import read_toml
-from golf_impact.measured import MEASUREMENTS, MPH
-from golf_impact.quantities import QUANTITIES, Quantity, undefined_results
+from golf_impact.measured import MEASUREMENTS, MPH, ROH_LEE_FIGURES
+from golf_impact.quantities import QUANTITIES, Quantity, format_with_error, undefined_results
 from golf_impact.units import SYMBOLS, symbol_of, unit_of
 
 PAGE = read_toml(files("golf_impact.explore") / "page.toml")
 MEASURED = read_toml(files("golf_impact") / "measured.toml")
 
-#: Of figures and the page alone.
-OTHERS = {"": ("1", 1.0), "rpm": ("rad/s", math.pi / 30.0), "D": ("1", 1.0)}
+# Digits of sources
 
 
 def test_columns_of_the_tour_add_up():
@@ -42,6 +41,9 @@ def test_measurements_are_those_printed():
         ("smash_factor", 115.0 * MPH, 171 / 115, 171 / 115),
         ("contact_time", tour, 450e-6, 500e-6),
     ]
+    # The ball is faster than the club.
+    assert 1.0 < ROH_LEE_FIGURES["smash_factor"] < 1.5
+    assert ROH_LEE_FIGURES["coefficient_of_restitution"] == pytest.approx((50 - 24) / 35)
 
 
 def test_speeds_of_balls():
@@ -51,29 +53,75 @@ def test_speeds_of_balls():
     assert ranges == dict.fromkeys(BALLS, (30.0, 50.0)) | documents | {"tour": (45.0, 55.0)}
 
 
+def test_start_values_of_the_flight():
+    """Ferguson, McNally & McPhee, ISEA 2022, doi:10.5703/1288284317493; a driver of the tour."""
+    expected = {
+        "kinematic_viscosity": 1.48e-5, "air_density": 1.225, "gravity": 9.80665,
+        "spin_decay": 2e-5, "spin_ratio_limit": 0.75, "wind_speed": 0.0,
+        "drag_constant": 0.1304, "drag_spin": 0.9287, "drag_spin_squared": -0.8259,
+        "drag_reynolds": 0.0, "lift_constant": 0.0504, "lift_spin": 1.2031,
+        "lift_spin_squared": -1.1490, "lift_reynolds": 0.0, "backspin": 2686.0 * math.pi / 30.0, "launch_angle": math.radians(10.9),
+    }  # fmt: skip
+    rows = {row.name: row.start for row in COMPANIONS["BallFlight"].tables["rows"]}
+    assert {name: rows[name] for name in expected} == pytest.approx(expected, rel=1e-15)
+
+
+def test_balls_have_the_digits_of_their_source():
+    """The document; Penner's COR 0.86 - 0.0029 v; the rules' 1.620 oz and 1.680 in at most."""
+    assert (BALLS["document"].values["k"], BALLS["document"].values["b"]) == (1e6, 9.0)
+    assert (BALLS["document-old"].values["k"], BALLS["document-old"].values["b"]) == (0.5e6, 12.0)
+    for name in ("penner", "rating-low", "rating-mid", "rating-high"):
+        line = [BALLS[name].values[n] for n in ("restitution_at_rest", "restitution_slope")]
+        assert line == [0.86, 0.0029]
+    assert BY_NAME["m_ball"].start == round(1.620 * 0.028349523125, 5)
+    assert BY_NAME["ball_diameter"].start == round(1.680 * 0.0254, 5)
+
+
+# Formats
+
+
 @pytest.mark.parametrize(
-    ("name", "value"),
+    ("text", "scale", "half"), [("621", 1e-6, 5e-7), ("21.50", 1.0, 5e-3), ("91", 0.01, 5e-3)]
+)
+def test_half_a_printed_digit(text, scale, half):
+    number = Printed(text, scale)
+    assert (number.value, number.half_digit) == pytest.approx((float(text) * scale, half))
+    assert number.is_near(number.value + 0.9999 * half)
+    assert not number.is_near(number.value + 1.0001 * half)
+    assert number.is_near(number.value - 1.9999 * half, halves=2.0)
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "text"),
     [
-        ("kinematic_viscosity", 1.48e-5), ("air_density", 1.225), ("gravity", 9.80665),
-        ("spin_decay", 2e-5), ("spin_ratio_limit", 0.75), ("wind_speed", 0.0),
-        # A driver of the tour.
-        ("backspin", 2686.0 * math.pi / 30.0), ("launch_angle", math.radians(10.9)),
-        # Ferguson, McNally & McPhee, ISEA 2022, doi:10.5703/1288284317493.
-        ("drag_constant", 0.1304), ("drag_spin", 0.9287), ("drag_spin_squared", -0.8259),
-        ("drag_reynolds", 0.0), ("lift_constant", 0.0504), ("lift_spin", 1.2031),
-        ("lift_spin_squared", -1.1490), ("lift_reynolds", 0.0),
+        (827312.3, 5678.9, "827300 ± 5700"),
+        (0.86, 0.0123, "0.860 ± 0.012"),
+        (9_999_900.0, 2e3, "9999900 ± 2000"),
+        (-1e7, 2e3, "(-1.00000 ± 0.00020)e7"),
+        (1e7, 3e8, "(0.1 ± 3.0)e8"),
+        (-4.56e-5, 1.2e-9, "(-4.56000 ± 0.00012)e-5"),
+        (1e-3, 1.2e-9, "0.0010000000 ± 0.0000000012"),
+        (-4.56e-5, 1.2e-8, "-0.000045600 ± 0.000000012"),
+        (1.5, 0.0, "1.5"),
+        (1.5, None, "1.5 (error not defined)"),
+        (1.5, math.inf, "1.5 (error not defined)"),
     ],
-)  # fmt: skip
-def test_start_values_of_the_flight(name, value):
-    rows = {row.name: row for row in COMPANIONS["BallFlight"].tables["rows"]}
-    assert rows[name].start == pytest.approx(value, rel=1e-15)
+)
+def test_a_value_and_its_error(value, error, text):
+    assert format_with_error(value, error) == text
 
 
-def size_of(unit):
-    """The SI unit and the size in it."""
-    unit = unit.strip()
-    return OTHERS[unit] if unit in OTHERS else SYMBOLS[symbol_of(unit)]
+def test_results_without_a_value():
+    assert [*undefined_results(touched=True, separated=False)] == [
+        "smash_factor", "coefficient_of_restitution", "energy_efficiency", "contact_time",
+        "contact_displacement",
+    ]  # fmt: skip
 
+
+# Units
+
+#: Of figures and the page alone: the SI unit and the size in it.
+OTHERS = {"": ("1", 1.0), "rpm": ("rad/s", math.pi / 30.0), "D": ("1", 1.0)}
 
 #: Of results that are no outputs: the output with their dimension.
 ALIKE = {
@@ -84,32 +132,25 @@ ALIKE = {
     "compression_over_diameter": "smash_factor",
 }  # fmt: skip
 
-
-@pytest.mark.parametrize("name", QUANTITIES)
-def test_units_of_tables(name):
-    quantity = QUANTITIES[name]
-    si, size = size_of(quantity.unit)
-    assert (si, quantity.factor * size) == (BY_NAME[ALIKE.get(name, name)].unit, pytest.approx(1.0))
+TABLES = {**QUANTITIES, **{name: Quantity(*row) for name, row in PAGE["units"].items()}}
 
 
-@pytest.mark.parametrize("quantity", PAGE["quantities"], ids=lambda one: one["name"])
-def test_units_of_the_page(quantity):
-    si, _ = size_of(quantity["unit"])
-    assert si == (unit_of(quantity["name"]) or "1")
+def size_of(unit):
+    unit = unit.strip()
+    return OTHERS[unit] if unit in OTHERS else SYMBOLS[symbol_of(unit)]
 
 
-@pytest.mark.parametrize("name", PAGE["units"])
-def test_units_of_results_on_the_page(name):
-    quantity = Quantity(*PAGE["units"][name])
-    si, size = size_of(quantity.unit)
-    assert (si, quantity.factor * size) == (BY_NAME[name].unit, pytest.approx(1.0))
+@pytest.mark.parametrize("table", [QUANTITIES, TABLES], ids=["tables", "page"])
+def test_units_fit_their_factors(table):
+    for name, quantity in table.items():
+        si, size = size_of(quantity.unit)
+        unit = BY_NAME[ALIKE.get(name, name)].unit
+        assert (si, quantity.factor * size) == (unit, pytest.approx(1.0)), name
 
 
-def test_results_without_a_value():
-    assert [*undefined_results(touched=True, separated=False)] == [
-        "smash_factor", "coefficient_of_restitution", "energy_efficiency", "contact_time",
-        "contact_displacement",
-    ]  # fmt: skip
+def test_units_of_the_page():
+    for quantity in PAGE["quantities"]:
+        assert size_of(quantity["unit"])[0] == (unit_of(quantity["name"]) or "1"), quantity
 
 
 def dimension(*factors):
@@ -152,28 +193,17 @@ ANY = (
 
 @pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize("values", ANY)
-def test_results_do_not_depend_on_the_base_units(values, sign):
+def test_results_do_not_depend_on_the_base_units(way_of, values, sign):
     def run(steps, **units):
         def size(name):
             return math.prod(units[unit] ** n for unit, n in dimension((name, 1)).items())
 
         given = {name: value for name, value in (DEFAULTS | values).items() if name != "law"}
         given = {name: size(name) * value for name, value in given.items()} | {"law": values["law"]}
-        instance = stepped(given, [(2e-4 * size("contact_time"), {})] * steps)
-        return {name: value / size(name) for name, value in instance.read(REALS).items()}
+        path = way_of("in process").path(given, [(2e-4 * size("contact_time"), {})] * steps)
+        return {name: path[-1][name] / size(name) for name in REALS}
 
     for steps in (1, 2, 10):
         found = run(steps, kg=10.0 ** (9 * sign), m=10.0 ** (-5 * sign), s=10.0 ** (4 * sign))
         exact, scales = run(steps, kg=1.0, m=1.0, s=1.0), {"coefficient_of_restitution": 1.0}
         assert_close(found, exact, scales, values=values, steps=steps)
-
-
-def test_balls_have_the_digits_of_their_source():
-    """The document; Penner's COR 0.86 - 0.0029 v; the rules' 1.620 oz and 1.680 in at most."""
-    assert (BALLS["document"].values["k"], BALLS["document"].values["b"]) == (1e6, 9.0)
-    assert (BALLS["document-old"].values["k"], BALLS["document-old"].values["b"]) == (0.5e6, 12.0)
-    for name in ("penner", "rating-low", "rating-mid", "rating-high"):
-        line = [BALLS[name].values[n] for n in ("restitution_at_rest", "restitution_slope")]
-        assert line == [0.86, 0.0029]
-    assert BY_NAME["m_ball"].start == round(1.620 * 0.028349523125, 5)
-    assert BY_NAME["ball_diameter"].start == round(1.680 * 0.0254, 5)
