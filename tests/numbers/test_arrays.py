@@ -1,103 +1,30 @@
-"""Impacts by arrays: against the scalar physics, in the scales of the tolerance table.
-
-Worst errors measured in 45,000 random cases: 1.5e-15 for exponents up to 3, 4e-14 for times under
-exponent 12, whose series of 18 terms is the least accurate.
-"""
-
-import math
+"""Impacts by arrays beside the scalar physics; random ones of all kinds: test_impacts.py."""
 
 import numpy as np
 import pytest
-from compare import assert_within
+from compare import assert_same_results
 
 import golf_impact
-from golf_impact.arrays.impacts import DEFAULTS, MOMENTARY, ScalarImpacts
+from golf_impact.arrays.impacts import MOMENTARY
 from golf_impact.ball import BALLS
 from golf_impact.runs import FLAGS, METRICS
-from golf_impact.scales import contact_scales
-
-SIZE = 300
 
 
-def check(values):
-    """All outputs of cases, shape (n,), against the scalar physics; returns which are closed."""
-    found = golf_impact.run_impacts((*METRICS, *FLAGS), **values)
-    runs, worst = ScalarImpacts(), (0.0, "", {})
-    rows = zip(*(np.broadcast_to(value, found.refused.shape) for value in values.values()))
-    for n, row in enumerate(rows):
-        case = dict(zip(values, map(float, row)))
-        try:
-            exact = runs.impact(METRICS, **case)
-        except golf_impact.UserError:
-            assert found.refused[n]
-            assert all(math.isnan(found[name][n]) for name in METRICS)
-            assert not any(found[name][n] for name in FLAGS)
-            continue
-        assert not found.refused[n]
-        assert all(found[name][n] == runs.read_flag(name) for name in FLAGS)
-        known = [name for name in METRICS if not math.isnan(exact[name])]
-        assert [name for name in METRICS if not math.isnan(found[name][n])] == known
-        if "contact_time" in known:
-            scales = contact_scales({**DEFAULTS, **case}, exact)
-            errors = ((scales.error(o, found[o][n].item(), exact[o]), o, case) for o in known)
-            worst = max(worst, *errors, key=lambda item: item[0])
-    error, name, case = worst
-    assert_within(error, name=name, values=case)
-    return found.closed
+def check(way_of, values):
+    """All outputs of cases, of any shapes; returns which are closed."""
+    shape = np.broadcast_shapes(*map(np.shape, values.values()))
+    rows = zip(*(np.broadcast_to(value, shape).ravel().tolist() for value in values.values()))
+    cases = [dict(zip(values, row)) for row in rows]
+    alone, arrays = (way_of(name).outputs(cases) for name in ("alone", "arrays"))
+    assert_same_results(arrays, alone, cases)
+    return golf_impact.run_impacts(["impulse"], **values).closed
 
 
-def random_values(rng, law, exponents=None, line=False):
-    """Golf and beyond, from no damping up to where contacts are no closed forms any more."""
-    values = {
-        "law": law,
-        "k": 10.0 ** rng.uniform(4, 8, SIZE),
-        "m_club": 10.0 ** rng.uniform(-3, 1, SIZE),
-        "m_ball": 10.0 ** rng.uniform(-3, 1, SIZE),
-        "club_speed": rng.uniform(5.0, 80.0, SIZE),
-        "ball_speed": rng.choice([0.0, -20.0, 4.0], SIZE),
-        "gap": rng.choice([0.0, 1e-4], SIZE),
-    }
-    zeta = rng.choice([0.0, 1.0, 1.0, 1.0], SIZE) * 10.0 ** rng.uniform(-4, 0.2, SIZE)
-    mu = values["m_club"] * values["m_ball"] / (values["m_club"] + values["m_ball"])
-    values["b"] = zeta * 2.0 * np.sqrt(values["k"] * mu)
-    if exponents:
-        values["exponent"] = rng.choice(exponents, SIZE)
-        values["reference_compression"] = 10.0 ** rng.uniform(-3, -1, SIZE)
-    if line:
-        values["restitution_at_rest"] = rng.uniform(0.1, 1.0, SIZE)
-        values["restitution_slope"] = rng.uniform(0.0, 0.01, SIZE)
-    return values
-
-
-EXPONENTS = [1.0 + 1e-9, 1.1, 1.5, 1.6165, 2.5, 5.0, 12.0]
-KINDS = {
-    "law 1": (1,),
-    "law 2": (2,),
-    "COR line": (2, None, True),
-    "exponents": (2, EXPONENTS),
-    "exponents and COR line": (2, EXPONENTS, True),
-}
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_random_impacts(kind):
-    closed = check(random_values(np.random.default_rng(36), *KINDS[kind]))
-    assert 0.5 * SIZE < np.sum(closed) < SIZE
-
-
-def test_laws_in_one_call():
-    rng = np.random.default_rng(4)
-    parts = [DEFAULTS | random_values(rng, *arguments) for arguments in KINDS.values()]
-    columns = {n: [np.broadcast_to(part[n], SIZE) for part in parts] for n in DEFAULTS}
-    order = rng.permutation(SIZE * len(parts))
-    check({name: np.concatenate(column)[order] for name, column in columns.items()})
-
-
-def test_nearly_equal_masses_that_hardly_close():
+def test_nearly_equal_masses_that_hardly_close(way_of):
     """Nearly all is in law 1's real mode, whose rates differ in few digits from the drags."""
-    closing = 10.0 ** np.random.default_rng(36).uniform(-3, 0, SIZE)
+    closing = 10.0 ** np.random.default_rng(36).uniform(-3, 0, 300)
     values = {"law": 1, "m_club": 0.2, "m_ball": 0.2000001, "club_speed": 40.0, "b": 150.0}
-    assert check({**values, "ball_speed": 40.0 - closing}).all()
+    assert check(way_of, {**values, "ball_speed": 40.0 - closing}).all()
 
 
 BALL = dict(BALLS["roh-lee-tsuji"].values)
@@ -126,13 +53,13 @@ BORDERS = {
 
 
 @pytest.mark.parametrize("border", BORDERS)
-def test_borders_from_both_sides(border):
+def test_borders_from_both_sides(way_of, border):
     values, name, inside, outside = BORDERS[border]
     while (middle := 0.5 * (inside + outside)) not in (inside, outside):
         closed = golf_impact.run_impacts(["impulse"], **values | {name: middle}).closed
         inside, outside = (middle, outside) if closed else (inside, middle)
     both = np.array([inside, outside])
-    assert check(values | {name: both}).tolist() == [True, False]
+    assert check(way_of, values | {name: both}).tolist() == [True, False]
 
 
 def test_momentary_outputs_are_those_of_the_scalar_physics():
