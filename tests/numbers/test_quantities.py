@@ -60,7 +60,8 @@ def test_start_values_of_the_flight():
         "spin_decay": 2e-5, "spin_ratio_limit": 0.75, "wind_speed": 0.0,
         "drag_constant": 0.1304, "drag_spin": 0.9287, "drag_spin_squared": -0.8259,
         "drag_reynolds": 0.0, "lift_constant": 0.0504, "lift_spin": 1.2031,
-        "lift_spin_squared": -1.1490, "lift_reynolds": 0.0, "backspin": 2686.0 * math.pi / 30.0, "launch_angle": math.radians(10.9),
+        "lift_spin_squared": -1.1490, "lift_reynolds": 0.0,
+        "backspin": 2686.0 * math.pi / 30.0, "launch_angle": math.radians(10.9),
     }  # fmt: skip
     rows = {row.name: row.start for row in COMPANIONS["BallFlight"].tables["rows"]}
     assert {name: rows[name] for name in expected} == pytest.approx(expected, rel=1e-15)
