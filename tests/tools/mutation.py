@@ -62,6 +62,11 @@ _FIRST, _LONGEST = 60.0, 300
 # measures subprocesses too, by the environment), or selects and orders tests.
 
 
+def pytest_configure():
+    if "MUTATION_PLAN" in os.environ:
+        signal.alarm(_LONGEST)
+
+
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(config, items):
     # The compiler of this machine: native FMUs for all platforms take ten times as long.
@@ -76,7 +81,7 @@ def pytest_collection_modifyitems(config, items):
         resource.setrlimit(resource.RLIMIT_DATA, (8 << 30, 8 << 30))
 
 
-@pytest.hookimpl(wrapper=True)
+@pytest.hookimpl(tryfirst=True)
 def pytest_runtest_protocol(item):
     os.environ["MUTATION_TEST"] = item.nodeid
     if "COVERAGE_PROCESS_START" in os.environ:
@@ -85,10 +90,6 @@ def pytest_runtest_protocol(item):
         Coverage.current().switch_context(item.nodeid)
     else:
         signal.alarm(_LONGEST)
-    try:
-        return (yield)
-    finally:
-        signal.alarm(0)
 
 
 def pytest_runtest_logreport(report):
@@ -124,9 +125,7 @@ class Checkout:
         to = {"stdout": log.open("w"), "stderr": subprocess.STDOUT, "start_new_session": True}
         process = subprocess.Popen(command, cwd=self.root, env=env, **to)
         try:
-            code = process.wait(7200.0)
-        except subprocess.TimeoutExpired:
-            code = -signal.SIGALRM
+            code = process.wait()
         finally:
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGKILL)

@@ -29,7 +29,6 @@ CHANGED = {
 
 @pytest.mark.parametrize("file", SOURCES)
 def test_mutants_of_a_file(file, tmp_path, monkeypatch):
-    """None of text."""
     (tmp_path / file).write_text(SOURCES[file])
     monkeypatch.setattr(mutants, "ROOT", tmp_path)
     found = [mutant for mutant in mutants.mutants(file) if mutant.is_valid]
