@@ -378,6 +378,12 @@ def test_the_start_time_is_finite():
     component.exit_initialization()
     assert not component.step(0.0, 1e-4)
     assert messages[0].sentence == "start time = nan s is refused: it must be a finite number"
+    corrected = Component(lambda refusal: None)
+    for start_time in (math.nan, 2.0):
+        corrected.set_up(start_time)
+    corrected.enter_initialization()
+    assert corrected.exit_initialization()
+    assert corrected.step(2.0, 1e-4)
 
 
 @pytest.mark.parametrize("kind", [Component, HybridComponent])
