@@ -77,7 +77,7 @@ def unequal(seed):
 STEPS = {
     **{f"unequal {seed}": (LONG, unequal(seed)) for seed in range(3)},
     "equal": (LONG, [(LONG + 150e-6) / 20_011] * 20_011),
-    "alternating in contact": (0.0, [1e-9, 1.7e-9, 0.3e-9, 1e-9] * 25_000),
+    "alternating in contact": (0.0, [1e-9, 1.7e-9, 0.3e-9, 1e-9] * 10_000),
 }
 
 
