@@ -18,7 +18,7 @@ from golf_build.system import COMPANIONS
 from golf_build.system import build as build_system
 from golf_impact.fmu import builder_of, current_fmu
 
-pytest_plugins = ["companions", "impact_fmu", "programs", "ways"]
+pytest_plugins = ["companions", "programs", "ways"]
 
 HERE = Path(__file__).resolve().parent
 

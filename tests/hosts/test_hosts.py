@@ -81,10 +81,10 @@ def inputs(tmp_path):
 @pytest.fixture
 def changed_k(fmu):
     """The same run through fmpy: law 2."""
-    fmu.start(law=2)
-    fmu.step(0.0, 3e-4)
-    fmu.set({"k": 8e5})
-    fmu.step(3e-4, 7e-4)
+    fmu.begin({"law": 2})
+    fmu.step(3e-4)
+    fmu.set(k=8e5)
+    fmu.step(7e-4)
     return fmu.read(CRITERIA)
 
 

@@ -151,3 +151,25 @@ def test_results_by_hand(whole_way):
     for (_, expected), found in zip(BY_HAND.values(), whole_way.outputs(cases), strict=True):
         found = {name: found[name] for name in expected}
         assert found == pytest.approx(expected, rel=1e-13, abs=1e-18)
+
+
+#: 0 until touch.
+BEFORE_TOUCH = (
+    "touched", "in_contact", "separated", "smash_factor", "coefficient_of_restitution", "force",
+    "mean_force", "compression", "contact_time", "max_force", "time_of_max_force",
+    "max_compression", "contact_displacement", "impulse",
+)  # fmt: skip
+
+
+def test_what_is_read_before_touch(stepped_way):
+    """The touch time is the start time until then; the results are those of no impact."""
+    way = stepped_way.begin({"gap": 0.0035}, start=5.0)
+    # Before the first step, an FMU 3.0 of pythonfmu3 doesn't know the start time.
+    for _ in range(3):
+        assert way.step(2e-5)
+        found = way.read()
+        assert found["touch_time"] == 5.0
+        assert (found["energy_efficiency"], found["club_velocity"]) == (1.0, 35.0)
+        assert not any(found[name] for name in BEFORE_TOUCH)
+    assert way.step(1.0)
+    assert way["touch_time"] == pytest.approx(5.0001, rel=1e-15)
