@@ -4,7 +4,6 @@ import os
 import shutil
 import sys
 import tempfile
-from functools import partial
 from pathlib import Path
 
 import fmpy
@@ -12,13 +11,12 @@ import pytest
 from filelock import FileLock
 from hypothesis import HealthCheck, settings
 
-from golf_build import native
 from golf_build.packaging import packaged
 from golf_build.system import COMPANIONS
 from golf_build.system import build as build_system
 from golf_impact.fmu import builder_of, current_fmu
 
-pytest_plugins = ["companions", "programs", "ways"]
+pytest_plugins = ["companions", "impact_fmu", "programs", "ways"]
 
 HERE = Path(__file__).resolve().parent
 
@@ -110,7 +108,7 @@ def _temporary(tmp_path_factory):
 @pytest.fixture(scope="session", autouse=True)
 def _commands_find_the_fmus():
     """Otherwise they report that they had to build them."""
-    for fmi in (2, 3) if native.pythonfmu_runs_here() else ():
+    for fmi in (2, 3):
         current_fmu(fmi=fmi)
 
 
@@ -140,22 +138,21 @@ def once(tmp_path_factory):
     return once
 
 
-def _built(name, fmi, in_c=False):
-    """A fixture: the FMU, built from the current sources, for a version of FMI."""
+def _built(name):
+    """A fixture: an FMU of `ways.FMUS`, built from the current sources."""
 
     @pytest.fixture(scope="session")
     def path(once, request):
-        if in_c or request.config.getoption("--native"):
-            require_native()
-            build = partial(native.build, builder_of(fmi=fmi))
-            return once(f"ClubBallImpact{name}.native.fmu", build)
-        return once(f"ClubBallImpact{name}.fmu", fmi=fmi)
+        from ways import fmu_file
+
+        in_c = "native" not in name and request.config.getoption("--native")
+        return fmu_file(once, f"native, {name}" if in_c else name)
 
     return path
 
 
-fmu_path, fmi3_path = _built("", 2), _built(".fmi3", 3)
-native_path, native_fmi3_path = _built("", 2, in_c=True), _built(".fmi3", 3, in_c=True)
+fmu_path, fmi3_path = _built("FMI 2.0"), _built("FMI 3.0")
+native_path, native_fmi3_path = _built("native, FMI 2.0"), _built("native, FMI 3.0")
 
 
 @pytest.fixture(scope="session")
@@ -179,12 +176,6 @@ def system_files(once):
 def extracted(fmu_path, tmp_path_factory):
     """The FMU's folder."""
     return fmpy.extract(str(fmu_path), str(tmp_path_factory.mktemp("extracted")))
-
-
-def require_native():
-    """Skip where native FMUs can't be built: without ziglang and without a C compiler."""
-    if native.fewer_platforms() and shutil.which("cc") is None:
-        pytest.skip(native.advice())
 
 
 def some(few, values, more=None):

@@ -257,12 +257,6 @@ def _each(names: Iterable[str]) -> Callable:
     return pytest.fixture(params=params, scope="session")
 
 
-@pytest.fixture
-def fmu(request, way_of):
-    """The FMU for FMI 2.0: in Python, or native with --native."""
-    return way_of("native, FMI 2.0" if request.config.getoption("--native") else "FMI 2.0")
-
-
 @_each(STEPPED)
 def stepped_way(request, way_of):
     """A way that can be stepped."""
@@ -289,8 +283,9 @@ def whole_way(request, way_of):
 
 def fmu_file(once, name):
     """An FMU of the list, native ones for this machine alone; built once in a run of the tests."""
+    builder, stem = builder_of(fmi=FMUS[name]), f"ClubBallImpact{'.fmi3' * (FMUS[name] == 3)}"
     if "native" not in name:
-        return once(f"{name}.fmu", fmi=FMUS[name])
+        return once(f"{stem}.fmu", fmi=FMUS[name])
     if native.fewer_platforms() and shutil.which("cc") is None:
         pytest.skip(native.advice())
-    return once(f"{name}.fmu", lambda path: native.build(builder_of(fmi=FMUS[name]), path, True))
+    return once(f"{stem}.native.fmu", lambda path: native.build(builder, path, here=True))

@@ -1,5 +1,5 @@
 /* A host that isn't Python, for what test_hosts.py's real ones don't do: threads that come and go, a
-   fork, signals, a Python of its own, the end of the process while others step.
+   fork.
 
    usage: host FOLDER GUID TASK [ARGUMENT]
      FOLDER    the extracted FMU
@@ -13,7 +13,6 @@
 #include <pthread.h>
 #include <unistd.h>
 #ifndef _WIN32
-#include <signal.h>
 #include <sys/wait.h>
 #endif
 
@@ -128,50 +127,6 @@ static void task_gone(long count)
     print_outputs(values);
 }
 
-/* A host that starts a Python of its own while the FMU is in use: the library that is named. */
-static void task_later(const char *file)
-{
-    double values[OUTPUTS];
-    fmi2Component c = initialized();
-    advance(c, 0, 100, 1e-6);
-    void *python = dlopen(file, RTLD_NOW | RTLD_GLOBAL);
-    if (!python) fail(dlerror());
-    void (*start)(int) = symbol(python, "Py_InitializeEx");
-    int (*run)(const char *) = symbol(python, "PyRun_SimpleString");
-    void *(*save)(void) = symbol(python, "PyEval_SaveThread");
-    start(0);
-    expect(run("import math, json; assert json.loads('[1.5]') == [1.5]") == 0, "the host's Python");
-    void *state = save();
-    advance(c, 100, 5000, 1e-6);
-    read_outputs(c, values);
-    void (*restore)(void *) = symbol(python, "PyEval_RestoreThread");
-    restore(state);
-    expect(run("import decimal") == 0, "the host's Python goes on");
-    int (*finalize)(void) = symbol(python, "Py_FinalizeEx");
-    expect(finalize() == 0, "the host's Python ends");
-    print_outputs(values);
-    discard(c);
-}
-
-static void *step_for_ever(void *unused)
-{
-    fmi2Component c = initialized();
-    (void)unused;
-    for (long n = 0;; n++) CALL(library, fmi2DoStep)(c, n * 1e-9, 1e-9, fmi2True);
-    return NULL;
-}
-
-/* A host that ends while others of its threads step. */
-static void task_exit(long count)
-{
-    double values[OUTPUTS];
-    pthread_t thread;
-    impact(1e-3, values);
-    for (long n = 0; n < count; n++) pthread_create(&thread, NULL, step_for_ever, NULL);
-    usleep(20000);
-    print_outputs(values);
-}
-
 #ifdef _WIN32
 #define RTLD_DEFAULT GetModuleHandleA(NULL)
 #endif
@@ -200,20 +155,6 @@ static void task_state(long count)
 }
 
 #ifndef _WIN32
-/* The handlers of the host's signals are what they were. */
-static void task_signals(void)
-{
-    struct sigaction before[NSIG], after;
-    double values[OUTPUTS];
-    for (int n = 1; n < NSIG; n++) sigaction(n, NULL, &before[n]);
-    library = load(folder, "ClubBallImpact");
-    impact(1e-4, values);
-    for (int n = 1; n < NSIG; n++)
-        if (sigaction(n, NULL, &after) == 0)
-            expect(after.sa_handler == before[n].sa_handler, "a signal's handler is the host's");
-    print_outputs(values);
-}
-
 /* A host that forks while nothing else runs: child and parent each go on. */
 static void task_fork(void)
 {
@@ -239,7 +180,6 @@ static void task_fork(void)
     discard(c);
 }
 #else
-static void task_signals(void) { fail("not on Windows"); }
 static void task_fork(void) { fail("not on Windows"); }
 #endif
 
@@ -251,14 +191,11 @@ int main(int argc, char **argv)
     const char *task = argv[3], *libpython = getenv("LIBPYTHON");
     folder = argv[1], guid = argv[2];
     if (libpython && !dlopen(libpython, RTLD_NOW | RTLD_GLOBAL)) fail(dlerror());
-    if (strcmp(task, "signals")) library = load(folder, "ClubBallImpact");
+    library = load(folder, "ClubBallImpact");
     if (!strcmp(task, "impact")) task_impact(argument);
     else if (!strcmp(task, "migrate")) task_migrate();
     else if (!strcmp(task, "gone")) task_gone((long)argument);
     else if (!strcmp(task, "fork")) task_fork();
-    else if (!strcmp(task, "signals")) task_signals();
-    else if (!strcmp(task, "later")) task_later(argc > 4 ? argv[4] : "");
-    else if (!strcmp(task, "exit")) task_exit((long)argument);
     else if (!strcmp(task, "state")) task_state((long)argument);
     else fail("unknown task");
     puts("done");

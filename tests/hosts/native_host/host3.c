@@ -2,7 +2,7 @@
 
    usage: host3 FOLDER TOKEN
    Prints "name value" lines: the results of co-simulation by law, with early return, after a state is
-   restored, in other threads with another rounding mode, and of Model Exchange by Runge & Kutta's method. */
+   restored, and in other threads with another rounding mode. */
 
 #include "fmu.h"
 #include "fmi3FunctionTypes.h"
@@ -45,13 +45,11 @@ static void print_results(const char *name, fmi3Instance c)
            get(c, VR_coefficient_of_restitution));
 }
 
-static fmi3Instance make(int early, int exchange, fmi3Int64 law, double gap)
+static fmi3Instance make(int early, fmi3Int64 law, double gap)
 {
     unsigned reference = VR_law;
-    fmi3Instance c =
-        exchange ? FMU(fmi3InstantiateModelExchange, "me", token, NULL, 0, 1, NULL, count_errors)
-                 : FMU(fmi3InstantiateCoSimulation, "cs", token, NULL, 0, 1, early, early, NULL, 0,
-                       NULL, count_errors, NULL);
+    fmi3Instance c = FMU(fmi3InstantiateCoSimulation, "cs", token, NULL, 0, 1, early, early, NULL,
+                         0, NULL, count_errors, NULL);
     if (!c) fail("instantiate");
     EXPECT(fmi3EnterInitializationMode, c, 0, 0.0, 0.0, 0, 0.0);
     EXPECT(fmi3SetInt64, c, &reference, 1, &law, 1);
@@ -61,7 +59,7 @@ static fmi3Instance make(int early, int exchange, fmi3Int64 law, double gap)
 
 static fmi3Instance begun(int early, fmi3Int64 law, double gap)
 {
-    fmi3Instance c = make(early, 0, law, gap);
+    fmi3Instance c = make(early, law, gap);
     EXPECT(fmi3ExitInitializationMode, c);
     if (early) EXPECT(fmi3EnterStepMode, c);
     return c;
@@ -134,7 +132,7 @@ int main(int argc, char **argv)
         FMU(fmi3FreeInstance, c);
     }
     early_return();
-    fmi3Instance refused = make(0, 0, 1, 0.0);
+    fmi3Instance refused = make(0, 1, 0.0);
     FMU(fmi3SetFloat64, refused, (unsigned[]){VR_k}, 1, (double[]){-1.0}, 1);
     printf("refused %d\n", FMU(fmi3ExitInitializationMode, refused) == fmi3Error && errors > 0);
     FMU(fmi3FreeInstance, refused);
