@@ -17,13 +17,8 @@ class ClubBallImpact(Adapter, Fmi2Slave):
     # Frequent calls are bound to the component in slots: pythonfmu resolves them by name each time,
     # and a slot is found without searching the instance's dictionary.
     __slots__ = (
-        "_component",
-        "_get_fmu_state",
-        "_set_fmu_state",
-        "do_step",
-        "get_real",
-        "set_real",
-    )
+        "_component", "_get_fmu_state", "_set_fmu_state", "do_step", "get_real", "set_real",
+    )  # fmt: skip
 
     def __init__(self, start: dict[str, float], **kwargs):
         """`start`: values of variables that differ from their start values, by name."""

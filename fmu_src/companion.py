@@ -19,7 +19,7 @@ class CompanionAdapter(Adapter, Fmi2Slave):
     def __init__(self, **kwargs) -> None:
         super().__init__(**kwargs)
         report = Messages(self.log_queue, kwargs, lambda: component.steps)
-        component = self.kind(self.rows, lambda refusal: report(str(refusal)))
+        component = self.kind(self.rows, report)
         self._component = component
         prepare_process(self.resources, f"linux64/{self.modelName}.so")
         # Bound here, a call from the host runs straight into the component.

@@ -1,7 +1,6 @@
 """Components in this process: the physics with clock and modes, without FMI."""
 
 from golf_physics.component.component import Component
-from golf_physics.instance import Instance
 from golf_physics.variables import BY_NAME
 
 
@@ -21,18 +20,6 @@ def put(component, **values):
 
 def get(component, *names):
     return component.reals([BY_NAME[name].reference for name in names])
-
-
-def stepped(values, steps):
-    """An instance after steps (s), each with the inputs set before it."""
-    instance, time = Instance(), 0.0
-    instance.start(**values)
-    for size, inputs in steps:
-        if inputs:
-            put(instance._component, **inputs)
-        instance.step(time, size)
-        time += size
-    return instance
 
 
 def is_set(component, name):

@@ -257,6 +257,12 @@ def _each(names: Iterable[str]) -> Callable:
     return pytest.fixture(params=params, scope="session")
 
 
+@pytest.fixture
+def fmu(request, way_of):
+    """The FMU for FMI 2.0: in Python, or native with --native."""
+    return way_of("native, FMI 2.0" if request.config.getoption("--native") else "FMI 2.0")
+
+
 @_each(STEPPED)
 def stepped_way(request, way_of):
     """A way that can be stepped."""

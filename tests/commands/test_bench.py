@@ -22,6 +22,7 @@ from golf_impact.fmu import Impact, current_native
 from golf_impact.peers import dop853, empty_fmu, fmus, stepped_impact, ways
 from golf_impact.peers.ways import EMPTY, METRICS, NATIVE, OURS, Way
 from golf_impact.reference import Reference
+from golf_impact.runs import PATH
 from golf_impact.timing import measure_interleaved
 
 COMPILED = pytest.mark.skipif(not fmus.compiler(), reason="there is no C compiler on this machine")
@@ -176,9 +177,9 @@ def calls_inside(scene):
 @pytest.mark.parametrize("law", [1, 2])
 def test_calls_inside_the_fmu(fmu, law):
     """Few calls for an impact, and as many for each step of any run."""
-    metrics = fmu.references(METRICS)
-    read = fmu.references(("force", "club_position", "ball_position", "club_velocity"))
     slave = fmu.slave
+    metrics = [slave.references[name] for name in METRICS]
+    read = [slave.references[name] for name in PATH[:4]]
 
     def impact():
         slave.doStep(0.0, 1e-3)
@@ -189,10 +190,10 @@ def test_calls_inside_the_fmu(fmu, law):
             slave.doStep(n * 1e-7, 1e-7)
             slave.getReal(read)
 
-    fmu.start(law=law)
+    fmu.begin({"law": law})
     # Measured: 41 under law 1, 34 under law 2.
     assert 0 < calls_inside(impact) <= 50
-    fmu.start(law=law)
+    fmu.begin({"law": law})
     steps(0, 1)
     few, many = calls_inside(lambda: steps(1, 101)), calls_inside(lambda: steps(101, 3101))
     # Measured: a little over 3 for each.

@@ -200,6 +200,7 @@ def test_the_system_is_reproducible(files, tmp_path):
     assert [a.read_bytes() for a in again.values()] == [b.read_bytes() for b in files]
 
 
+@pytest.mark.plain
 def test_the_files_beside_the_ssp_keep_their_start_values(files, drive, fmu_path):
     beside = {file.stem: file for file in (*files[:-1], fmu_path)}
     for name, path in drive.items():

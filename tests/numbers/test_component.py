@@ -77,7 +77,7 @@ def unequal(seed):
 STEPS = {
     **{f"unequal {seed}": (LONG, unequal(seed)) for seed in range(3)},
     "equal": (LONG, [(LONG + 150e-6) / 20_011] * 20_011),
-    "alternating in contact": (0.0, [1e-9, 1.7e-9, 0.3e-9, 1e-9] * 25_000),
+    "alternating in contact": (0.0, [1e-9, 1.7e-9, 0.3e-9, 1e-9] * 10_000),
 }
 
 
@@ -127,19 +127,15 @@ def test_a_change_in_contact_after_a_long_approach(way, values):
 def test_bodies_push_up_to_the_last_double_before_separation(way, values):
     """There the closed forms are all rounding error; also by steps that end beside it."""
     rng = random.Random(1)
-    for number in range(2, 150):
+    for number in range(2, 60):
         given = values | {"k": 10.0 ** rng.uniform(4, 7), "club_speed": rng.uniform(5.0, 70.0)}
         time = golf_impact.run_impact(["contact_time"], **given)["contact_time"]
-        steps = (
-            [time / number] * number
-            if number < 40
-            else [time * (1.0 - rng.choice([1, 4]) * 2**-53)]
-        )
-        way.begin(given)
-        for size in steps:
-            assert way.step(size)
-            force, *_, compression = way.read(MOTION).values()
-            assert min(force, compression) >= 0.0
+        for steps in ([time / number] * number, [time * (1.0 - 2.0**-53)], [time * (1 - 2.0**-51)]):
+            way.begin(given)
+            for size in steps:
+                assert way.step(size)
+                force, *_, compression = way.read(MOTION).values()
+                assert min(force, compression) >= 0.0
 
 
 @pytest.mark.parametrize("block", range(10))

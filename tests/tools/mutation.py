@@ -68,11 +68,9 @@ def pytest_configure():
 
 
 @pytest.hookimpl(trylast=True)
-def pytest_collection_modifyitems(config, items):
+def pytest_collection_modifyitems(items):
     # The compiler of this machine: native FMUs for all platforms take ten times as long.
     sys.modules["ziglang"] = None
-    if config.option.native:
-        items[:] = [item for item in items if "once" in item.fixturenames]  # it builds FMUs
     if plan := os.environ.get("MUTATION_PLAN"):
         run, skip = json.loads(Path(plan).read_text())
         place = {name: n for n, name in enumerate(run)}

@@ -47,16 +47,9 @@ class ClosedFormContact(ContactPhase):
     """
 
     __slots__ = (
-        "_acceleration",
-        "_arguments",
-        "_d",
-        "_dense",
-        "_force",
-        "_rates",
-        "_start",
-        "_v_ball",
+        "_acceleration", "_arguments", "_d", "_dense", "_force", "_rates", "_start", "_v_ball",
         "_v_club",
-    )
+    )  # fmt: skip
 
     def __init__(
         self, k: float, damper: float, drag: float, m_club: float, m_ball: float, start: Motion,
