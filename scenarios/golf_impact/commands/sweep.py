@@ -58,6 +58,7 @@ def sweep(
     from golf_impact.ball import ball
     from golf_impact.sweep_table import write_table
     from golf_impact.sweeps import OUTPUTS, Design, sobol_indices
+    from golf_impact.units import remarks
 
     if study is not None:
         raise UserError(f"{study} is refused: write a study as options, --set NAME=VALUES …")
@@ -71,7 +72,10 @@ def sweep(
         raise UserError(f"--out {out} is refused: its name must end in .csv or .parquet")
     design = Design(sets, names, samples, seed, method)
     take_conditions(map(ball, design.grid.get("ball", ())), design.axes)
-    _remark(design)
+    ends = [{name: values[n]} for name, values in design.grid.items() for n in (0, -1)]
+    ends += [{name: axis.mean()} for name, axis in design.distributions.items()]
+    for words in dict.fromkeys(words for end in ends for words in remarks(end)):
+        warn(words, style="yellow")
     with_indices = len(design.distributions) > 1 and design.cases == design.shape[-1]
     for suffix, wanted in ((".json", with_indices), (".png", figures)):
         if wanted:
@@ -103,16 +107,6 @@ def sweep(
         row, reason = summary.first
         say(f"Refused: {summary.refused:,} of them; the first is row {row:,}: {reason}")
     say(f"Written: {', '.join(map(str, written))}")
-
-
-def _remark(design: Design) -> None:
-    """Print remarks on numbers that look like those of another unit."""
-    from golf_impact.units import remarks
-
-    ends = [{name: values[n]} for name, values in design.grid.items() for n in (0, -1)]
-    ends += [{name: axis.mean()} for name, axis in design.distributions.items()]
-    for words in dict.fromkeys(words for end in ends for words in remarks(end)):
-        warn(words, style="yellow")
 
 
 def _picture(design: Design, drawn: np.ndarray) -> bytes:
