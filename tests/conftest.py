@@ -11,6 +11,7 @@ import pytest
 from filelock import FileLock
 from hypothesis import HealthCheck, settings
 
+from golf_build import native
 from golf_build.packaging import packaged
 from golf_build.system import COMPANIONS
 from golf_build.system import build as build_system
