@@ -84,16 +84,6 @@ def assert_found(found, true=BALL):
         assert_within(off, 4.0, name, found=one.value, exact=true[name])
 
 
-@pytest.mark.parametrize("restitution", [0.999, 0.743, 0.2, 0.13, 0.05])
-def test_inverse_of_kelvin_voigt(restitution):
-    found = calibrate(cor=restitution, contact_time=6e-4)
-    met = golf_impact.run_impact(**found.values)
-    # Parameters are rounded to a thousandth of their standard errors, which follow from σ of 1 %.
-    assert met["coefficient_of_restitution"] == pytest.approx(restitution, rel=3e-5)
-    assert met["contact_time"] == pytest.approx(6e-4, rel=3e-5)
-    assert found.chi_squared < 1e-5
-
-
 @pytest.mark.parametrize("seed", numbers(3, 14, 55))
 def test_scalars_of_random_impacts(seed):
     """Far beyond golf: the truth is found, and with noise nothing fits better than what is."""
@@ -135,6 +125,7 @@ def test_standard_error_of_an_exact_inverse():
     expected = found.values["b"] * math.hypot(0.01 / -math.log(0.743), 0.01)
     assert found.parameters["b"].standard_error == pytest.approx(expected, rel=1e-5)
     assert (found.degrees_of_freedom, found.probability) == (0, None)
+    assert found.predicted["cor"] == pytest.approx(0.743, rel=3e-5)
     assert "χ² = 0.000" in repr(found)
     assert {row[-1] for row in found.tables()[1][2]} == {"0.00"}
 
@@ -298,32 +289,26 @@ def test_aic_is_that_of_a_normal_likelihood():
     assert found.aic == pytest.approx(2.0 * found.result.nvarys - 2.0 * likelihood - constant)
 
 
-def test_without_noise():
-    found = calibrate(record(200, noise=0.0, shift=2.0), **FREE)
-    assert_close(found.values, {name: BALL[name] for name in found.parameters}, tolerance=1e-6)
-    assert found.curves["curve"]["touch"].value == pytest.approx(2.0, abs=1e-10)
-    assert [row[-1] for row in found.tables()[3][2]][1:] == ["–", "–", "exact"]
+EXACT = {
+    "rows": ({"rows": 200, "shift": 2.0}, {"exponent": "free"}),
+    "spline": ({"rows": 1500}, {"exponent": "free"}),
+    "law 1": ({"rows": 1500, "law": 1, **LINEAR, "b": 9.0}, {"law": 1}),
+    "pushed": ({"rows": 1500, **LINEAR, "club_force": 2e3}, {"club_force": 2e3, "fix": LINEAR}),
+}
 
 
-@pytest.mark.parametrize(
-    "values", [{}, {"law": 1, **LINEAR, "b": 9.0}, {**LINEAR, "club_force": 2e3}]
-)
-def test_forces_of_many_rows_are_interpolated(values):
-    """To 1e-6 of the largest, in closed form or not."""
-    true = {**BALL, **values}
-    fix = {name: true[name] for name in "kb"}
-    force = values.get("club_force", 0.0)
-    curve = record(1500, noise=0.0, **values)
-    found = fitted(
-        curve,
-        law=true["law"],
-        exponent=true["exponent"],
-        fix=fix,
-        club_force=force,
-        baseline="zero",
-        **AT,
-    )
+@pytest.mark.parametrize("case", EXACT.values(), ids=EXACT)
+def test_without_noise(case):
+    """Exact, also where forces of many rows are interpolated, in closed form or not."""
+    how, given = case
+    curve = record(noise=0.0, **how)
+    found = fitted(curve, baseline="zero", **given, **AT)
+    true = {**BALL, **how}
+    assert_close(found.values, {name: true[name] for name in "kb"}, tolerance=1e-6)
+    touch = found.curves["curve"]["touch"].value
+    assert touch == pytest.approx(how.get("shift", 0.0123), abs=1e-9)
     assert np.abs(found.residuals["curve"] * found.sigma["curve"])[5:].max() < 1e-6 * curve[1].max()
+    assert found.is_exact
 
 
 @pytest.mark.parametrize("seed", numbers(3, 10, 20))
@@ -431,13 +416,31 @@ def test_several_curves(tmp_path, k):
     assert len(shots.stiffnesses) == 2
 
 
+def test_the_command(tmp_path):
+    """Its line, copied from a narrow terminal, gives the same result to the last digit."""
+    options = ("--club-speed-after", 24, "--contact-time", "600us", "--max-force", 6600)
+    given = ("--measured", "ball_velocity=50±0.4", *options, "--exponent", "free")
+    done = golf("calibrate", *given, "--out", tmp_path, env={"COLUMNS": "60"}, code=0)
+    written = json.loads((tmp_path / "calibrate.json").read_text())
+    line = done.stdout.splitlines()[-1]
+    assert line == written["command"]
+    assert set(written["parameters"]) == {"k", "b", "exponent"}
+    assert np.diag(written["correlations"]) == pytest.approx(1.0)
+    assert [row["name"] for row in written["targets"]] == list(ROH_LEE)
+    assert [row["sigma_given"] for row in written["targets"]] == [True, False, False, False]
+    assert (written["degrees_of_freedom"], len(written["comparison"])) == (1, 4)
+    pairs = (pair.split("=") for pair in shlex.split(line) if "=" in pair)
+    found = golf_impact.run_impact(**{name: float(value) for name, value in pairs})
+    for name in ROH_LEE:
+        assert found[OUTPUTS[name]] == written["predicted"][name]
+
+
 def test_a_saved_ball(tmp_path):
     """Conditions with units; parameters, covariance and intervals as in Python."""
     file, ball = write(tmp_path / "curve.csv", *record()), tmp_path / "mine.toml"
     given = ("--club-speed", "144 km/h", "--m-club", "200g", "--exponent", "free", "--save", ball)
-    done = golf_here(
-        "calibrate", "--curve", file, *given, "--predict", 50, "--out", tmp_path, code=0
-    )
+    command = ("calibrate", "--curve", file, *given, "--predict", 50, "--out", tmp_path)
+    done = golf_here(*command, code=0)
     assert done.stdout.splitlines()[-1] == f"golf-impact run --ball {ball}"
     assert (tmp_path / "calibrate.png").stat().st_size > 10_000
     written = json.loads((tmp_path / "calibrate.json").read_text())
@@ -453,28 +456,6 @@ def test_a_saved_ball(tmp_path):
     assert np.array(saved.covariance) == pytest.approx(np.array(written["covariance"]))
     direct = golf_impact.run_impact(**saved.values, **saved.conditions)
     assert direct["ball_velocity"] == written["predicted"]["ball_speed"]
-
-
-def test_the_command(tmp_path):
-    """Its line, copied from a narrow terminal, gives the same result to the last digit."""
-    done = golf(
-        *("calibrate", "--measured", "ball_velocity=50±0.4", "--club-speed-after", 24),
-        *("--contact-time", "600us", "--max-force", 6600, "--exponent", "free", "--out", tmp_path),
-        env={"COLUMNS": "60"},
-        code=0,
-    )
-    written = json.loads((tmp_path / "calibrate.json").read_text())
-    line = done.stdout.splitlines()[-1]
-    assert line == written["command"]
-    assert set(written["parameters"]) == {"k", "b", "exponent"}
-    assert np.diag(written["correlations"]) == pytest.approx(1.0)
-    assert [row["name"] for row in written["targets"]] == list(ROH_LEE)
-    assert [row["sigma_given"] for row in written["targets"]] == [True, False, False, False]
-    assert (written["degrees_of_freedom"], len(written["comparison"])) == (1, 4)
-    options = (pair.split("=") for pair in shlex.split(line) if "=" in pair)
-    found = golf_impact.run_impact(**{name: float(value) for name, value in options})
-    for name in ROH_LEE:
-        assert found[OUTPUTS[name]] == written["predicted"][name]
 
 
 def test_without_lmfit(tmp_path):

@@ -87,12 +87,16 @@ class Fit:
                 result = problem.solve(result.params)
             self.sigma = {**problem.sigma}
             self._enlarge_sigma(problem, result)
-            params, ends = _held(problem, result.params)
-            minimizer = problem.minimizer(params, near=0.75)
-            self.result = result = minimizer.least_squares()
+            minimizer = problem.minimizer(result.params, near=0.75)
+            result = minimizer.least_squares()
+            if ends := _at_limits(result):
+                params = result.params.copy()
+                for name, (limit, _) in ends.items():
+                    params[name].set(value=limit, vary=False)
+                minimizer = problem.minimizer(params, near=0.75)
+                result = minimizer.least_squares()
+        self.result = _determined(problem, result)
         free = [*result.var_names, *ends]
-        if result.covar is None or not np.all(result.covar.diagonal() > 0.0):
-            raise UserError(f"{law.title}: these measurements don't determine {', '.join(free)}")
         of_law = [name for name in problem.names if name in free]
         # With the same σ as the result.
         profiles = _profiles(minimizer, result, of_law) if profile else {}
@@ -119,7 +123,7 @@ class Fit:
             return Estimate(value, error, profiles.get(name, (value - half, value + half)))
 
         self.parameters = {
-            name: Estimate(params[name].value, None, ends[name], params[name].value)
+            name: Estimate(ends[name][0], None, ends[name][1], ends[name][0])
             if name in ends
             else estimate(name)
             for name in of_law
@@ -150,8 +154,8 @@ class Fit:
 
     def _estimate_sigma(self, problem: Problem, result: Any) -> None:
         """σ of the series without: residuals over rows less the parameters that they determine."""
-        jacobian = result.jac / _lengths(result.jac)
-        leverages = problem.split(np.sum(np.linalg.qr(jacobian)[0] ** 2, axis=1))
+        covariance = _determined(problem, result).covar
+        leverages = problem.split(np.sum(result.jac @ covariance * result.jac, axis=1))
         for name, residuals in problem.split(result.residual).items():
             if name not in self.estimated:
                 continue
@@ -251,33 +255,33 @@ def _shifted(problem: Problem, params: lmfit.Parameters) -> lmfit.Parameters:
     return params
 
 
-def _lengths(jacobian: np.ndarray) -> np.ndarray:
-    """Norms of the columns, 1 for one that is 0."""
-    lengths = np.linalg.norm(jacobian, axis=0)
-    return np.where(lengths > 0.0, lengths, 1.0)
+def _determined(problem: Problem, result: Any) -> Any:
+    """The result, unless its parameters have no covariance; then a UserError."""
+    if result.covar is None or not np.all(result.covar.diagonal() > 0.0):
+        names = ", ".join(name for name in problem.names if name in result.var_names)
+        raise UserError(f"{problem.law.title}: these measurements don't determine {names}")
+    return result
 
 
-def _held(
-    problem: Problem, params: lmfit.Parameters
-) -> tuple[lmfit.Parameters, dict[str, tuple[float, float]]]:
-    """Parameters with those fixed that are at a limit, and the one-sided intervals of these.
+def _at_limits(result: Any) -> dict[str, tuple[float, tuple[float, float]]]:
+    """Limits and one-sided intervals of the parameters that are at a limit.
 
     At a limit is one that is closer to it than the step of a difference.
     """
-    jacobian, ends = problem.jacobian(params), {}
-    lengths, params = _lengths(jacobian), params.copy()
-    covariance = np.linalg.pinv(np.linalg.qr(jacobian / lengths)[1]) / lengths[:, None]
-    covariance = covariance @ covariance.T
-    step = -covariance @ (jacobian.T @ problem.residuals(params))
-    for n, one in enumerate([one for one in params.values() if one.vary]):
+    found: dict[str, tuple[float, tuple[float, float]]] = {}
+    if result.covar is None:
+        return found
+    step = -result.covar @ (result.jac.T @ result.residual)
+    for n, name in enumerate(result.var_names):
+        one = result.params[name]
         for limit, inward in ((one.min, 1.0), (one.max, -1.0)):
-            if math.isfinite(limit) and abs(one.value - limit) <= step_of(one.name, limit):
+            if math.isfinite(limit) and abs(one.value - limit) <= step_of(name, limit):
                 # χ² is a parabola whose minimum lies beyond the limit.
                 beyond = min(inward * step[n], 0.0)
-                far = beyond + math.sqrt(beyond**2 + _ONE_SIDED * covariance[n, n])
-                ends[one.name] = tuple(sorted((limit, float(limit + inward * far))))
-                one.set(value=limit, vary=False)
-    return params, ends
+                far = beyond + math.sqrt(beyond**2 + _ONE_SIDED * result.covar[n, n])
+                low, high = sorted((limit, float(limit + inward * far)))
+                found[name] = limit, (low, high)
+    return found
 
 
 def _profiles(minimizer: Any, result: Any, names: Sequence[str]) -> dict[str, tuple[float, float]]:

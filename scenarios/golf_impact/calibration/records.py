@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 import re
 import warnings
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,8 +18,8 @@ import numpy as np
 from golf_impact.errors import UserError
 from golf_impact.units import SYMBOLS, symbol_of
 
-#: Names of columns in a header, in small letters, beside the first one, which is ours.
-_ALIASES = {"time": {"t", "zeit", "x-axis"}, "force": {"f", "kraft"}, "sigma": {"σ"}}
+#: Other names of columns, in small letters.
+_ALIASES = {"t": "time", "zeit": "time", "x-axis": "time", "f": "force", "kraft": "force"}
 
 #: Units in words, and those of a sensor's signal in V.
 _WORDS = {"second": "s", "sec": "s", "millisecond": "ms", "newton": "N", "volt": "V"}
@@ -38,8 +38,8 @@ _SEARCHED, _ALIKE = 500, 20
 class Head(NamedTuple):
     """Name and unit of a column."""
 
-    name: str  #: in small letters
-    unit: str = ""  #: empty if there is none
+    name: str = ""  #: in small letters, one of ours if it is an alias
+    unit: str = ""
 
 
 def read_table(
@@ -58,38 +58,37 @@ def read_table(
         UserError: it can't be read; the line, the column and what is expected are named.
     """
     lines = _lines(path)
-    given = [_head(cell) for cell in chosen.split(",")][: len(names)] if chosen else []
-    fits = [{one.name} for one in given] or [{name} | _ALIASES.get(name, set()) for name in names]
-    heads, first, header = _header(lines[:_SEARCHED], fits if given else fits[:-1])
+    wanted = [_head(cell) for cell in chosen.split(",")][: len(names)] if chosen else []
+    needed = wanted or [Head(name) for name in names[:-1]]
+    heads, first, header = _header(lines[:_SEARCHED], {one.name for one in needed})
     rows = [n for n, line in enumerate(lines) if n >= first and _data(line)]
-    count = len(_cells(lines[rows[0]])) if rows else 0
     have = f"its header is {header!r}" if header else "it has no header"
+    if not header:
+        count = len(_cells(lines[rows[0]])) if rows else 0
+        named = count in (len(names) - 1, len(names))
+        heads = [*map(Head, names)][:count] if named else [Head()] * count
+    if not chosen:
+        wanted = needed + [Head(names[-1])] * any(head.name == names[-1] for head in heads)
     places, factors = [], []
-    for n, (fit, name, unit) in enumerate(zip(fits, names, units)):
-        found = [at for at, head in enumerate(heads) if head.name in fit]
-        wanted = given[n] if given else Head("")
-        if not found and wanted.name.isdigit() and 0 < int(wanted.name) <= count:
-            found = [int(wanted.name) - 1]
-        elif not heads and not given and n < count and count in (len(names) - 1, len(names)):
-            found = [n]
-        if not found and not given and n == len(names) - 1:
-            break
+    for one, name, unit in zip(wanted, names, units):
+        found = [at for at, head in enumerate(heads) if head.name == one.name]
+        if not found and one.name.isdigit() and 0 < int(one.name) <= len(heads):
+            found = [int(one.name) - 1]
         if len(found) != 1:
             what = f"{len(found)} columns" if found else "no column"
             raise UserError(
-                f"{path} is refused: {what} {' or '.join(sorted(fit))}; {have}; expected "
-                f"{','.join(names[:-1])} or {','.join(names)}; choose columns by name or "
-                "number: --columns 'TIME [s],CH2 [2 kN/V]'"
+                f"{path} is refused: {what} {one.name}; {have}; expected {','.join(names[:-1])} or "
+                f"{','.join(names)}; choose columns by name or number: --columns 'TIME [s],CH2 [2 "
+                "kN/V]'"
             )
-        own = heads[found[0]].unit if heads else ""
-        factor = _factor(wanted.unit, own, unit)
-        if not factor:
-            known = ", ".join(one for one, (si, _) in SYMBOLS.items() if si == unit)
-            known += ", or a sensor's sensitivity such as 2 kN/V or 10 mV/N" * (unit == "N")
-            word = wanted.unit or own
-            raise UserError(f"{path}: the unit {word!r} of {name} is none of {known}; {have}")
+        own = heads[found[0]].unit
         places.append(found[0])
-        factors.append(factor)
+        factors.append(_factor(one.unit, own, unit))
+        if not factors[-1]:
+            known = ", ".join(symbol for symbol, (si, _) in SYMBOLS.items() if si == unit)
+            known += ", or a sensor's sensitivity such as 2 kN/V or 10 mV/N" * (unit == "N")
+            what = f"the unit {one.unit or own!r} of {name}"
+            raise UserError(f"{path}: {what} is none of {known}; {have}")
     mark = _mark(lines[rows[0]]) if rows else ","
     texts = (lines[n] if mark == "," else lines[n].replace(",", ".") for n in rows)
     try:
@@ -156,50 +155,44 @@ def _numeric(line: str) -> set[int]:
     return {n for n, cell in enumerate(_cells(line)) if _is_number(cell, _mark(line))}
 
 
-def _header(lines: Sequence[str], fits: Sequence[Collection[str]]) -> tuple[list[Head], int, str]:
+def _header(lines: Sequence[str], names: set[str]) -> tuple[list[Head], int, str]:
     """Heads of the columns, if there are any, the first line of data, and the header as written.
 
-    The header is the last line above the data with a name of each of `fits`, or else with as many
-    cells as the data; it may be a comment, and a line of units may be below it.
+    The header is the last line above the data with all of these names, or else with as many cells
+    as the data; it may be a comment, and a line of units may be below it.
     """
-    texts = {n: line.strip().lstrip("#%/ ") for n, line in enumerate(lines)}
-    first = next((n for n in texts if _data(lines[n]) and _begins_data(lines[n:])), len(lines))
-    above = {n: _cells(text) for n, text in texts.items() if n < first and _data(text)}
+    first = next((n for n, line in enumerate(lines) if _begins_data(lines[n:])), len(lines))
+    texts = {n: text for n, line in enumerate(lines[:first]) if _data(text := line.strip("#%/ \r"))}
+    units = _units(_cells(texts[max(texts)])) if texts else []
+    below = f" / {texts.popitem()[1]}" if units else ""
     count = len(_cells(lines[first])) if first < len(lines) else None
-    units = _units(above[last]) if (last := max(above, default=-1)) >= 0 else []
-    if units:
-        del above[last]
 
     def likeness(n: int) -> tuple[bool, bool, int]:
-        names = {_head(cell).name for cell in above[n]}
-        known = all(not names.isdisjoint(fit) for fit in fits)
-        return known, count in (None, len(above[n])), n
+        cells = _cells(texts[n])
+        return names <= {_head(cell).name for cell in cells}, count in (None, len(cells)), n
 
-    at = max(above, key=likeness, default=-1)
+    at = max(texts, key=likeness, default=-1)
     if at < 0 or not any(likeness(at)[:2]):
         return [], first, ""
+    heads = [_head(cell) for cell in _cells(texts[at])]
     if units:
-        heads = [Head(cell.lower(), unit) for cell, unit in zip(above[at], units)]
-        return heads, first, f"{texts[at]} / {texts[last]}"
-    return [_head(cell) for cell in above[at]], first, texts[at]
+        heads = [Head(_head(cell).name, unit) for cell, unit in zip(_cells(texts[at]), units)]
+    return heads, first, texts[at] + below
 
 
 def _begins_data(lines: Sequence[str]) -> bool:
     """Whether rows of two numbers or more begin here; beside text they must be alike."""
     numeric = _numeric(lines[0])
     if len(numeric) < len(_cells(lines[0])):
-        rows = [_numeric(line) for line in lines[:_ALIKE] if _data(line)]
-        numeric = set.intersection(*rows)
+        numeric = set.intersection(*(_numeric(line) for line in lines[:_ALIKE] if _data(line)))
     return len(numeric) > 1
 
 
 def _head(cell: str) -> Head:
-    match = _HEAD.fullmatch(cell.strip())
-    if match:
-        unit = next(filter(None, match.groups()[1:]), "").strip()
-        if match.group(4) is None or symbol_of(unit) in SYMBOLS:
-            return Head(match.group(1).strip().lower(), unit)
-    return Head(cell.strip().lower())
+    name, unit, match = cell.strip(), "", _HEAD.fullmatch(cell.strip())
+    if match and (match[4] is None or symbol_of(match[4]) in SYMBOLS):
+        name, unit = match[1], (match[2] or match[3] or match[4] or "").strip()
+    return Head(_ALIASES.get(name.strip().lower(), name.strip().lower()), unit)
 
 
 def _units(cells: Sequence[str]) -> list[str]:
