@@ -201,12 +201,13 @@ def test_a_baseline_needs_ten_rows(rows, kind):
 @pytest.mark.parametrize("limit", [math.inf, 7000.0])
 def test_quantization_is_not_clipping(step, limit):
     """Rows at the largest value are a parabola's, or as many as are left out at a limit."""
-    time, force = record(551, lead=0.15, trail=0.25)
-    force, sigma = np.minimum(np.round(force / step) * step, limit), np.linspace(10.0, 20.0, 551)
-    clipped = (force == force.max()) & (limit < math.inf)
-    series = conditioned(time, -force, sigma, **AT, m_ball=0.04593)
+    time, force = record(lead=0.15, trail=0.25, step=step, limit=limit, sign=-1.0)
+    sigma, clipped = np.linspace(10.0, 20.0, 551), (force == force.min()) & (limit < math.inf)
+    series = conditioned(time, force, sigma, **AT, m_ball=0.04593)
     assert series.notes[0] == "the force is negative; its sign was changed"
-    words = [f"{clipped.sum()} rows at the largest force are left out: clipped"] * int(clipped.any())
+    words = [f"{clipped.sum()} rows at the largest force are left out: clipped"] * int(
+        clipped.any()
+    )
     assert [*series.notes[1:]] == words
     assert series.sigma.tolist() == sigma[~clipped].tolist()
 
