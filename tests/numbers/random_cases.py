@@ -45,8 +45,14 @@ def far(number):
 _REFUSED = [{"k": -1.0}, {"m_ball": 0.0}, {"exponent": 13.0}, {"gap": 1e99}, {"law": 7}]
 
 
-def whole(number):
-    """Values of an impact in golf or far beyond it, for ways of whole impacts; some are refused."""
+def whole(number, pushed=0.03):
+    """As `accepted`, but one of ten is refused."""
+    rng, values = random.Random(f"refused {number}"), accepted(number, pushed)
+    return values | (rng.choice(_REFUSED) if rng.random() < 0.1 else {})
+
+
+def accepted(number, pushed):
+    """Values of an impact in golf or far beyond it, some of them with a force on the head."""
     rng = random.Random(f"whole {number}")
     m_club = rng.choice((rng.uniform(0.05, 0.5), 10.0 ** rng.uniform(-3, 1)))
     m_ball = rng.choice((rng.uniform(0.02, 0.1), 10.0 ** rng.uniform(-3, 1)))
@@ -64,9 +70,9 @@ def whole(number):
     if values["law"] == 2 and rng.random() < 0.3:
         values["restitution_at_rest"] = rng.uniform(0.1, 1.0)
         values["restitution_slope"] = rng.uniform(0.0, 0.01)
-    if rng.random() < 0.03:
+    if rng.random() < pushed:
         values["club_force"] = rng.uniform(-2000.0, 2000.0)
-    return values | (rng.choice(_REFUSED) if rng.random() < 0.1 else {})
+    return values
 
 
 #: Borders between double and extended precision, by law; and, under law 2, the damping at which the

@@ -16,6 +16,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+import random_cases
 from command import ROOT
 from conftest import some
 from ways import REALS
@@ -26,25 +27,6 @@ PHYSICS = ROOT / "fmu_src" / "golf_physics"
 
 #: Smaller numbers are left over where larger ones cancel: their bits are those of no function.
 LEFT_OVER = 1e-50
-
-
-def random_values(rng):
-    """Inputs and parameters: laws, exponents, COR lines, heavy damping, forces, moving balls."""
-    law = rng.choice([1, 2, 2])
-    values = {"law": law, "k": 10 ** rng.uniform(4, 8), "club_speed": rng.uniform(0.1, 70.0)}
-    values["b"] = rng.choice([0.0, 10 ** rng.uniform(-1, 4), 10 ** rng.uniform(0, 2)])
-    several = {
-        "ball_speed": rng.uniform(-20.0, 20.0), "gap": 10 ** rng.uniform(-5, -1),
-        "m_club": 10 ** rng.uniform(-2, 1), "m_ball": 10 ** rng.uniform(-2, 1),
-        "club_force": rng.choice([-1.0, 1.0]) * 10 ** rng.uniform(0, 3.5),
-    }  # fmt: skip
-    values |= {name: value for name, value in several.items() if rng.random() < 0.3}
-    if law == 2 and rng.random() < 0.6:
-        values["exponent"] = rng.choice([1.5, rng.uniform(1.0, 3.0), rng.uniform(1.0, 12.0)])
-    if law == 2 and rng.random() < 0.3:
-        values |= {"restitution_at_rest": rng.uniform(0.3, 1.0)}
-        values |= {"restitution_slope": rng.uniform(0.0, 0.004)}
-    return values
 
 
 def random_calls(rng):
@@ -76,7 +58,8 @@ def bits(number):
 def history(way, number):
     """What a way answers to the same random calls: bits of outputs after each step, refusals."""
     rng = random.Random(number)
-    way.begin(random_values(rng), start=rng.choice([0.0, 0.0, rng.uniform(-5.0, 5.0)]))
+    values = random_cases.whole(number, pushed=0.3)
+    way.begin(values, start=rng.choice([0.0, 0.0, rng.uniform(-5.0, 5.0)]))
     found, saved = [], None
     for call, argument in random_calls(rng):
         if call == "set":
@@ -109,36 +92,37 @@ def test_bits(fmu_way, expected, block):
 
 #: Impacts of all kinds, changed in contact; their outputs as hexadecimal numbers.
 _RUN = """
-import json, random, sys
+import json, sys
 sys.path.insert(0, sys.argv[1])
-from golf_physics.component.component import Component
-from golf_physics.variables import BY_NAME, VARIABLES
+from golf_physics.instance import Instance
+from golf_physics.variables import VARIABLES
 
-reals = [row.reference for row in VARIABLES if (row.causality, row.type) == ("output", "Real")]
-rng, found = random.Random(1), []
-for number in range(100):
-    kind = number % 5
-    values = {"k": 10.0 ** rng.uniform(4.0, 7.0), "b": rng.choice([0.0, rng.uniform(0.0, 300.0)])}
-    values |= {"club_speed": rng.uniform(5.0, 60.0), "ball_speed": rng.uniform(-5.0, 5.0)}
-    values |= {"law": 1 if kind == 0 else 2, "gap": rng.choice([0.0, 0.001])}
-    if kind in (2, 3):
-        values["exponent"] = rng.uniform(1.0, 3.0)
-    if kind == 3:
-        values |= {"restitution_at_rest": 0.86, "restitution_slope": 0.003}
-    if kind in (0, 4):
-        values["club_force"] = rng.choice([0.0, rng.uniform(-500.0, 500.0)])
-    component, time = Component(lambda refusal: None), 0.0
-    component.enter_initialization()
-    for name, value in values.items():
-        component.set_values([BY_NAME[name].reference], [value], BY_NAME[name].type)
-    component.exit_initialization()
-    for size in (2e-5, 1e-4, 1e-4, 3e-4, 1e-2):
-        component.set_values([BY_NAME["k"].reference], [values["k"] * rng.choice([1.0, 1.2])])
-        component.step(time, size)
+reals = [row.name for row in VARIABLES if (row.causality, row.type) == ("output", "Real")]
+instance, found = Instance(), []
+for values, changes in json.loads(sys.argv[2]):
+    instance.start(**values)
+    time = 0.0
+    for size, k in changes:
+        instance._component.set_values([0], [k])
+        try:
+            instance.step(time, size)
+        except ValueError as refusal:
+            found.append(str(refusal))
+            break
         time += size
-        found += [value.hex() for value in component.reals(reals)[: len(reals)]]
+        found += [value.hex() for value in instance.read(reals).values()]
 print(json.dumps([sys.version_info[:2], found]))
 """
+
+
+def changed_impacts():
+    """Values, and steps (s) with the stiffness before each."""
+    for number in range(100):
+        rng, values = random.Random(number), random_cases.accepted(number, pushed=0.3)
+        yield (
+            values,
+            [(size, values["k"] * rng.choice([1.0, 1.2])) for size in (2e-5, 1e-4, 3e-4, 1e-2)],
+        )
 
 
 def python(version):
@@ -154,7 +138,7 @@ def python(version):
 
 @cache
 def run(interpreter):
-    command = [interpreter, "-I", "-c", _RUN, str(PHYSICS.parent)]
+    command = [interpreter, "-I", "-c", _RUN, str(PHYSICS.parent), json.dumps([*changed_impacts()])]
     return json.loads(subprocess.run(command, capture_output=True, check=True, text=True).stdout)
 
 
@@ -165,7 +149,7 @@ def test_bits_of_pythons(version):
         pytest.skip(f"python{version} isn't on PATH, nor among pyenv's versions")
     (_, expected), (found_version, found) = run(sys.executable), run(interpreter)
     assert found_version == [int(part) for part in version.split(".")]
-    assert len(found) == 100 * 5 * len(REALS)
+    assert len(found) > 300 * len(REALS)
     differing = [(one, other) for one, other in zip(found, expected) if one != other]
     assert not differing, (len(differing), differing[:3])
 
