@@ -110,6 +110,7 @@ REFUSED = {
     "run --set m_club=5m": "'m' isn't a unit it may have: kg",
     "run --ball cannon": "choose from document, ",
     "run --ball none.toml": "can't read none.toml",
+    "run --ball 40.toml --ball 45.toml": "club_speed = 40 and 45: give --set club_speed=…",
     "run --fmu none.fmu": "there is no FMU file at none.fmu: run `golf-impact build`",
     "run none.py": "there is no script none.py",
     "build --fmi 4": "--fmi",
@@ -173,6 +174,9 @@ REFUSED = {
 
 def prepare(folder):
     (folder / "file").write_text("mine")
+    for speed in (40, 45):
+        ball = f"k = 1e6\n[conditions]\nclub_speed = {speed}\n"
+        (folder / f"{speed}.toml").write_text(ball)
     for name in ("folder.csv", "folder.fmu", "reports/report.html", "pipe", "device"):
         (folder / name).mkdir(parents=True)
     (folder / "link").symlink_to("nowhere")

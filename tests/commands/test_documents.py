@@ -65,11 +65,13 @@ def test_links_lead_somewhere(file):
 
 
 @pytest.mark.parametrize("file", DOCUMENTS)
-def test_names_of_modules_exist(file):
+def test_modules_and_tests_that_they_name_exist(file):
     text = (ROOT / file).read_text("utf-8")
     for dotted in {*re.findall(r"\bgolf_(?:physics|impact|build)(?:\.\w+)+\b(?!/)", text)}:
         if not dotted.endswith((".py", ".toml")):
             resolve_name(dotted)
+    for name in {*re.findall(r"\btest_\w+\.py\b", text)}:
+        assert [*(ROOT / "tests").rglob(name)], name
 
 
 # Programs in them
