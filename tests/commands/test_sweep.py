@@ -181,8 +181,10 @@ def test_the_indices_file(tmp_path):
     sets = ("--set=law=2", "--set=k=normal:1e6:3e4", "--set=b=normal:9:0.9")
     options = ("--samples=64", "--seed=2", "--design=sobol", "--no-figures", "--out")
     # With a grid, whose points have different indices, there is none.
-    golf_here("sweep", *sets, "--set=gap=0,1", *options, tmp_path / "x.csv", code=0)
-    assert {path.name for path in tmp_path.iterdir()} == {"x.csv"}
+    # Nor for a single distribution.
+    for others in ((*sets, "--set=gap=0,1"), sets[:2]):
+        golf_here("sweep", *others, *options, tmp_path / "x.csv", code=0)
+        assert {path.name for path in tmp_path.iterdir()} == {"x.csv"}
     golf_here("sweep", *sets, *options, tmp_path / "x.csv", code=0)
     assert {path.name for path in tmp_path.iterdir()} == {"x.csv", "x.json"}
     found = json.loads((tmp_path / "x.json").read_text())
