@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 import venv
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -66,6 +67,12 @@ def test_contents(tmp_path, fmu_path):
     ):
         assert files[f"binaries/{name}"] == (installed / original).read_bytes(), name
     assert files[SUMS] == checksums({n: content for n, content in files.items() if n != SUMS})
+    with zipfile.ZipFile(fmu_path) as archive:
+        members = archive.infolist()
+    assert members[0].filename == "modelDescription.xml"
+    for member in members:
+        executable = member.filename.startswith("binaries/")
+        assert member.external_attr >> 16 == (0o755 if executable else 0o644)
     if shutil.which("sha256sum"):
         shutil.unpack_archive(fmu_path, tmp_path, "zip")
         subprocess.run(["sha256sum", "--quiet", "-c", SUMS], cwd=tmp_path, check=True)
