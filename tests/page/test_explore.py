@@ -19,10 +19,11 @@ from golf_impact.explore.page import page
 from golf_impact.scales import contact_scales
 
 STIFFENING = {"law": 2, "b": 0.0, "exponent": 1.6}
+SOFT = {"law": 2, "k": 0.1, "b": 0.0}  # a contact of 2 s
 PUSHED = {"gap": 0.01, "law": 2, "ball_speed": 3.0, "club_force": 500.0}
 
 
-@pytest.mark.parametrize("given", [{}, STIFFENING, PUSHED, dict(BALLS["penner"].values)])
+@pytest.mark.parametrize("given", [{}, STIFFENING, SOFT, PUSHED, dict(BALLS["penner"].values)])
 def test_curves_energies_and_momenta(given, tmp_path):
     v = DEFAULTS | given | {"gap": 0.0}
     (found,) = by_wasm([{**given, "drawn": 1}], tmp_path)
