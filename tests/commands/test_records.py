@@ -169,6 +169,7 @@ def conditioned(*columns, **options):
         (lambda t, f: (t, 1e3 * np.sin(t / 5e-6)), "no more than the rest"),
         (lambda t, f: (t, f * 1e-3), "force looks like kN"),
         (lambda t, f: (t, 0.35 * f), "mph.* 10.5 to 21 m/s, or --m-club from 0.0194 to 0.0636"),
+        (lambda t, f: (t, 3.0 * f), "is 6 times .* it fits club speeds of 90 to 180 m/s"),
         (lambda t, f: (t[:, None], f), "arrays of one length"),
     ],
 )  # fmt: skip
