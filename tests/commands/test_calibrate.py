@@ -13,6 +13,7 @@ import pytest
 from command import golf, golf_here, refused
 from compare import assert_close, assert_within
 from conftest import numbers, some
+from scipy import stats
 from scipy.stats import norm
 
 import golf_impact
@@ -323,6 +324,9 @@ def test_a_line_of_cor(seed):
         error = found.parameters[name].standard_error
         assert error == pytest.approx(math.sqrt(covariance[1 - n, 1 - n]), rel=1e-3)
         assert found.values[name] == pytest.approx(expected, abs=2e-3 * error)
+        low, high = found.parameters[name].interval
+        half_width = stats.t.ppf(0.975, len(speeds) - 2) * error
+        assert 0.5 * (high - low) == pytest.approx(half_width, rel=1e-9)
     assert_found(found, PENNER)
     steep = ([25.0, 30.0, 35.0], [0.356, 0.23, 0.105])
     with pytest.raises(UserError, match=r"no prediction at .* nearer to those measured"):
