@@ -271,15 +271,16 @@ TABLE = [
 ]
 
 
-def _marks(host, task):
-    importers = [pytest.mark.importers] * (host in ("by_libcosim", "by_ecos"))
-    return [*importers, *[pytest.mark.ci] * (task == "end")]
+def _marks(adapter, path, task):
+    is_importer = adapter in ("by_libcosim", "by_ecos")
+    is_long = task == "end" or (is_importer and path != "fmu_path")
+    return [*[pytest.mark.importers] * is_importer, *[pytest.mark.ci] * is_long]
 
 
 @pytest.mark.parametrize(
     ("adapter", "path", "task", "tolerance"),
     [
-        pytest.param(host, path, task, tolerance, marks=_marks(host, task))
+        pytest.param(host, path, task, tolerance, marks=_marks(host, path, task))
         for host, paths, tasks, tolerance in TABLE
         for path in paths
         for task in tasks
