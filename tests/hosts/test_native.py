@@ -79,6 +79,8 @@ def test_libraries_for_macos(content):
             images = []
             for n in range(struct.unpack_from(">I", data, 4)[0]):
                 offset, size, power = struct.unpack_from(">3I", data, 16 + 20 * n)
+                # Pages of arm64 have 16 kB.
+                assert power >= 14
                 assert offset % (1 << power) == 0
                 images.append(data[offset : offset + size])
         assert data.count(b"@rpath/ClubBallImpact.dylib") == len(images)
