@@ -213,6 +213,8 @@ def test_what_is_fixed_and_profiles():
     assert half == pytest.approx(1.96 * scalars.standard_error, rel=0.05)
     fixed = calibrate(curve=short, fix={"n": 1.6, "b": 37}, **AT)
     assert [*fixed.parameters] == ["k"]
+    # One measurement determines the other parameter.
+    assert [*calibrate(contact_time=6e-4, fix={"b": 37}).parameters] == ["k"]
     assert (fixed.values["exponent"], fixed.values["b"]) == (1.6, 37.0)
     assert fixed.parameters["k"].standard_error < 0.5 * found.parameters["k"].standard_error
 
