@@ -134,6 +134,9 @@ CASES = {
     "pulled apart": Case(
         "suddenly so much damping that contact ends", {"law": 2}, ((4e-4, {"b": 1e4}),), 1e-3
     ),
+    "pulled apart, pushed": Case(
+        "and the force goes on", {"law": 2, "club_force": 500.0}, ((4e-4, {"b": 1e4}),), 1e-3
+    ),
     "fast common motion": Case(
         "law 1's real mode is in extended precision",
         {"b": 60.0, "ball_speed": -1000.0, "club_speed": -965.0},
