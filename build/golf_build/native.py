@@ -12,7 +12,6 @@ import importlib.util
 import os
 import platform
 import shutil
-import struct
 import subprocess
 import sys
 import tempfile
@@ -23,6 +22,7 @@ from typing import NamedTuple
 
 import golf_physics
 
+from golf_build import mach_o
 from golf_build.archive import SUMS, checksums, scratch, write_archive
 from golf_build.extras import install_command
 from golf_build.native_header import header
@@ -151,7 +151,7 @@ def files(builder: Builder, here: bool = False) -> dict[str, bytes]:
     for target in targets:
         path = f"binaries/{target.folders[fmi]}/{model}{target.suffix}"
         libraries.setdefault(path, []).append(_library(target, sources, model))
-    made |= {path: _universal(images) for path, images in libraries.items()}
+    made |= {path: mach_o.universal(images) for path, images in libraries.items()}
     made["documentation/licenses/license.txt"] = project_license()
     made["documentation/licenses/fmi-headers.txt"] = _comment(sources[_HEADERS[fmi][0]])
     if (zig := ziglang()) and any(target.suffix == ".dll" for target in targets):
@@ -249,8 +249,8 @@ def _library(target: Target, sources: dict[str, bytes], model: str) -> bytes:
     if target.suffix != ".dll":
         command += ["-fPIC", "-lm"]
     if target.suffix == ".dylib":
-        # Otherwise it is the folder of this build.
-        command += [f"-Wl,-install_name,@rpath/{out}"]
+        # Otherwise it is the folder of this build; and room for the signature's load command.
+        command += [f"-Wl,-install_name,@rpath/{out}", "-Wl,-headerpad,0x100"]
     try:
         made = compiled(command, sources, out)
     except NativeError as error:
@@ -258,6 +258,8 @@ def _library(target: Target, sources: dict[str, bytes], model: str) -> bytes:
         why = errors[0] if errors else "without a message"
         text = f"--native: {command[0]} fails on all.c for {target.zig}: {why}"
         raise NativeError(text) from error
+    if target.suffix == ".dylib" and ziglang():
+        return mach_o.signed(made, out)
     return _timeless(made) if target.suffix == ".dll" else made
 
 
@@ -272,24 +274,6 @@ def compiled(command: list[str], sources: dict[str, bytes], out: str) -> bytes:
         if done.returncode:
             raise NativeError(done.stderr.strip())
         return (folder / out).read_bytes()
-
-
-def _universal(images: list[bytes]) -> bytes:
-    """One library of those for several machines, x86_64 first.
-
-    The structures are in Apple's mach-o/fat.h.
-    """
-    if len(images) == 1:
-        return images[0]
-    alignment = 14
-    head, body = struct.pack(">2I", 0xCAFEBABE, len(images)), b""
-    for image in images:
-        body += bytes(-len(body) % (1 << alignment))
-        offset = (1 << alignment) + len(body)
-        head += struct.pack(">2I", *struct.unpack_from("<2I", image, 4))
-        head += struct.pack(">3I", offset, len(image), alignment)
-        body += image
-    return head.ljust(1 << alignment, b"\0") + body
 
 
 def _timeless(dll: bytes) -> bytes:
