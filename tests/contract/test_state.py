@@ -81,6 +81,15 @@ def test_a_state_moves_to_another_process_in_mid_contact(any_fmu, number):
     assert done.stdout.splitlines() == expected
 
 
+def test_after_a_restore_the_time_may_be_another(any_fmu):
+    """Once: the next step begins where that one ended."""
+    values = RUNS[any_fmu.slave.description.modelName][0][0]
+    run_to_middle(any_fmu, values)
+    any_fmu.restore(any_fmu.save())
+    assert any_fmu.step(1e-5, 7.0)
+    assert not any_fmu.step(1e-5, 8.0)
+
+
 def refuse(way, data):
     """Bytes that are no state have no effect, but for one refused step."""
     with suppress(FMICallException):
