@@ -266,8 +266,9 @@ def _library(target: Target, sources: dict[str, bytes], model: str) -> bytes:
 def compiled(command: list[str], sources: dict[str, bytes], out: str) -> bytes:
     """What a compiler makes of sources; NativeError with its messages if it fails."""
     with scratch(sources) as folder:
-        # zig keeps what it has compiled below the home folder.
-        env = {"HOME": tempfile.gettempdir(), **os.environ}
+        # zig keeps what it has compiled: its libraries below the home folder, this here, where no
+        # other build at the same time replaces it.
+        env = {"HOME": tempfile.gettempdir(), **os.environ, "ZIG_LOCAL_CACHE_DIR": str(folder)}
         done = subprocess.run(
             [*command, "-o", out], cwd=folder, env=env, capture_output=True, text=True
         )

@@ -21,8 +21,8 @@ _NAMED, _LINES, _POINTS = ("ball", "law"), 7, 2000
 def draw(design: Design, drawn: np.ndarray, axes: Axes) -> None:
     """Plot the first output: a histogram of samples, or lines over the longest axis of the grid.
 
-    Each line is of a value of the next axis, at most seven of them; further axes stand at their
-    first value. Of samples the lines are medians, with a band of 5 to 95 %.
+    Each line is of a value of the next axis, at most seven of them, or of each ball or law; further
+    axes stand at their first value. Of samples the lines are medians, with a band of 5 to 95 %.
     """
     output = _label(design.outputs[0])
     if design.cases == design.shape[-1]:
@@ -47,7 +47,9 @@ def draw(design: Design, drawn: np.ndarray, axes: Axes) -> None:
     rising = rising[:: -(-len(x) // _POINTS)]
     x = x[rising].astype(str) if along in _NAMED else x[rising]
     number = table.shape[1]
-    for n in np.linspace(0, number - 1, min(number, _LINES)).round().astype(int):
+    # A name isn't between two others.
+    most = number if {*others[:1]} & {*_NAMED} else min(number, _LINES)
+    for n in np.linspace(0, number - 1, most).round().astype(int):
         low, middle, high = _percentiles(table[rising, n])
         label = f"{_words(others[0])} {grid[others[0]][n]}" if others else None
         (line,) = axes.plot(x, middle, marker="o" if len(x) <= _LINES else "", label=label)

@@ -65,9 +65,9 @@ def test_at_rest_the_finite_element_ball_is_far_too_soft():
 
 
 def test_a_file_with_values_alone(tmp_path):
-    """As somebody writes it by hand; defaults for the others."""
+    """As somebody writes it by hand, perhaps in an editor of Windows; defaults for the others."""
     file = tmp_path / "mine.toml"
-    file.write_text("law = 2\nk = 8e5\nb = 30\n")
+    file.write_text("law = 2\nk = 8e5\nb = 30\n", "utf-8-sig")
     mine = golf_impact.read_ball(file)
     assert mine == ball(str(file))
     assert (mine.name, dict(mine.values)) == (str(file), {"law": 2, "k": 8e5, "b": 30})

@@ -121,6 +121,8 @@ def test_nothing_is_built_beside_a_given_fmu(fmu_path, tmp_path):
     for name, file in (("loft", "Launch.fmu"), ("system", "GolfSwing.ssp")):
         assert f"{name} is left out: there is no {file} beside" in done.stderr
     assert list(json.loads((out / "results.json").read_text())) == ["laws"]
+    done = golf_here("run", "loft", "--fmu", fmu, "--out", out, code=2)
+    assert "there is nothing to run" in done.stderr
     assert {file.name for file in tmp_path.iterdir()} == {"ClubBallImpact.fmu", "out"}
 
 

@@ -214,6 +214,8 @@ LINES = [
     ({"k": "1e5:1e7:13", "b": "0:9:8", "law": "1,2"}, "linear", ["law 1", "law 2"], 13),
     ({"k": "1e5:1e7:4001"}, "linear", [], 1334),
     ({"ball": "tour,document"}, "linear", [], 2),
+    # All of them: a name isn't between two others.
+    ({"m_club": "0.2:0.3:5", "ball": ",".join(BALLS)}, "linear", [f"ball {b}" for b in BALLS], 5),
 ]
 
 

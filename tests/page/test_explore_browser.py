@@ -125,7 +125,12 @@ def test_fields_take_units_and_refusals_are_announced(tab):
 
 
 def test_sliders_undo_and_levels(tab):
-    check(tab.open("#law=2").slide("b", 10, 15, 20).slide("k", 900), law=2, b=20, k=9e5)
+    curves = "#force_figure path.line, #loop_figure path.line"
+    before = tab.open("#law=2").each(curves, "x.getAttribute('d')")
+    check(tab.slide("b", 10, 15, 20).slide("k", 900), law=2, b=20, k=9e5)
+    after = tab.each(curves, "x.getAttribute('d')")
+    assert len(before) >= 2
+    assert not {*before} & {*after}
     tab.until(lambda: tab.js("return location.hash") == "#k=900000&b=20&law=2")
     assert tab.value("command") == "golf-impact run --set k=900000 --set b=20 --set law=2"
     # A slider's way is one step.
