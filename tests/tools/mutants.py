@@ -7,7 +7,7 @@ import re
 import subprocess
 from collections.abc import Iterator
 from contextlib import suppress
-from itertools import chain, islice, zip_longest
+from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
@@ -125,10 +125,7 @@ def packages() -> dict[str, list[str]]:
 
 
 def sample(count: int, seed: int) -> list[Mutant]:
-    """The first mutants of a seed, in turns from each package."""
-    turns = []
-    for package, files in packages().items():
-        found = [mutant for file in files for mutant in mutants(file)]
-        random.Random(f"{seed} {package}").shuffle(found)
-        turns.append(mutant for mutant in found if mutant.is_valid)
-    return list(islice(filter(None, chain.from_iterable(zip_longest(*turns))), count))
+    """The first mutants of a seed, each of all of them with the same chance."""
+    found = [one for files in packages().values() for file in files for one in mutants(file)]
+    random.Random(seed).shuffle(found)
+    return list(islice((mutant for mutant in found if mutant.is_valid), count))

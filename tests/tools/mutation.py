@@ -5,8 +5,8 @@ time, and runs the tests that execute the changed line (also inside a built FMU 
 to the first failure; a mutant that survives these gets all other default tests. Of C the first are
 the tests of native FMUs; of JavaScript those of the page, then the page in a browser. `--matrix`
 goes on after failures: which tests catch which mutants? `--again 'FILE …'` runs these test files on
-the survivors. The mutants follow from the seed, a new one each week, in turns from each package; a
-larger count continues a smaller one, an interrupted run goes on by the file of its results.
+the survivors. The mutants follow from the seed, a new one each week; a larger count continues a
+smaller one, an interrupted run goes on by the file of its results.
 
 mutmut 3.8 writes its dispatch and imports into the sources, from where they would be packed into
 the FMUs; cosmic-ray 8.7 runs all tests on every mutant. Both change Python only.
