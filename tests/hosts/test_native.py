@@ -162,6 +162,18 @@ def test_without_a_compiler(monkeypatch, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_compiler_that_fails(monkeypatch, tmp_path):
+    """One line has its first error."""
+    compiler = tmp_path / "cc"
+    compiler.write_text("#!/bin/sh\necho 'all.c: note\nall.c:1: error: no space' >&2\nexit 1\n")
+    compiler.chmod(0o755)
+    monkeypatch.setattr(native, "ziglang", lambda: None)
+    monkeypatch.setenv("CC", str(compiler))
+    done = golf_here("build", "--native", "--out", tmp_path / "x.fmu")
+    refused(done, f"{compiler} fails on all.c", "all.c:1: error: no space")
+    assert list(tmp_path.iterdir()) == [compiler]
+
+
 def test_this_machines_compiler_builds_for_it_alone(monkeypatch, compiled, tmp_path):
     monkeypatch.setattr(native, "ziglang", lambda: None)
     done = golf_here("build", "--native", "--out", tmp_path / "x.fmu", code=0)
