@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from command import golf_here, refused
-from test_calibrate import AT, record, write
+from test_calibrate import AT, record
 
 from golf_impact.calibration.measurements import measured, measurements, number
 from golf_impact.calibration.records import read_table
@@ -51,76 +51,62 @@ def test_tables_of_labs_and_scopes(tmp_path, name, encoding):
     assert np.array(columns) == pytest.approx(np.array(expected))
 
 
-#: A file (of COR over speed or of scalars by its first word, or of a curve), and what is wrong.
-FILES = [
-    ("Time,CH1,CH2\n0,1,2\n", "its header is 'Time,CH1,CH2'", "--columns"),
-    ("x-axis,1\nsecond,Volt\n0,1\n", "its header is 'x-axis,1 / second,Volt'"),
-    ("time,force [V]\n0,1\n", "unit 'V' of force", "2 kN/V", "'time,force [V]'"),
-    ("time,force\n0,1\n\n1,oops\n", "line 4, column 2 (force): 'oops'", "a number"),
-    ("time,force\n0,1\n1\n", "line 3, column 2 (force): ''"),
-    ("time;force\n0,5;1\n1.000,5;1\n", "line 3, column 1 (time): '1.000,5'"),
-    ("time,force,time\n0,1,2\n", "2 columns", "time"),
-    ("hello\nworld\n", "its header is 'world'", "expected time,force"),
-    ("", "no header"),
-    (f"time,force\n{'0' * 131_073},1\n", "a line has more than 131072 characters"),
-    ("approach_speed,cor\n30,0.8\n\n40,0\n", "row 2 (line 4)", "above 0"),
-    ("approach_speed,cor\n30,0.8\n30,0.7\n", "two speeds"),
-    ("approach_speed,cor\n30,0.8\n40,0.7\n", "sigma"),
-    ("approach_speed,cor,sigma\n30,0.8,0.1\n40,0.7,0\n", "row 2 (line 3)", "sigma = 0"),
-    ("target\n", "first line must be target,value"),
-    ("target,value,sigma\nspin,3000,1\n", "row 1 (line 2): there is no target 'spin'"),
-    ("target,value,sigma\ncor,high,\n", "row 1 (line 2): cor = 'high'"),
-    ("target,value,sigma\ncor,0.7,\ncor,0.8,\n", "row 2 (line 3): cor is given twice"),
-    ("target,value,sigma\ncor,0.7,0.1,4\n", "more cells"),
-    ("target,value,sigma\nm_ball,0.046,0.1\n", "m_ball takes no sigma: --prior"),
+CURVE, LINE, CSV = "--curve bad.csv@40 --m-club 0.2", "--cor-speeds bad.csv", "--csv bad.csv"
+
+#: Options, what is in bad.csv, and words of the error.
+REFUSED = [
+    (CURVE, "Time,CH1,CH2\n0,1,2\n", "its header is 'Time,CH1,CH2'", "--columns"),
+    (CURVE, "x-axis,1\nsecond,Volt\n0,1\n", "its header is 'x-axis,1 / second,Volt'"),
+    (CURVE, "time,force [V]\n0,1\n", "unit 'V' of force", "2 kN/V", "'time,force [V]'"),
+    (CURVE, "time,force\n0,1\n\n1,oops\n", "line 4, column 2 (force): 'oops'", "a number"),
+    (CURVE, "time,force\n0,1\n1\n", "line 3, column 2 (force): ''"),
+    (CURVE, "time;force\n0,5;1\n1.000,5;1\n", "line 3, column 1 (time): '1.000,5'"),
+    (CURVE, "time,force,time\n0,1,2\n", "2 columns", "time"),
+    (CURVE, "hello\nworld\n", "its header is 'world'", "expected time,force"),
+    (CURVE, "", "no header"),
+    (CURVE, f"time,force\n{'0' * 131_073},1\n", "a line has more than 131072 characters"),
+    (LINE, "approach_speed,cor\n30,0.8\n\n40,0\n", "row 2 (line 4)", "above 0"),
+    (LINE, "approach_speed,cor\n30,0.8\n30,0.7\n", "two speeds"),
+    (LINE, "approach_speed,cor\n30,0.8\n40,0.7\n", "sigma"),
+    (LINE, "approach_speed,cor,sigma\n30,0.8,0.1\n40,0.7,0\n", "row 2 (line 3)", "sigma = 0"),
+    (CSV, "target\n", "first line must be target,value"),
+    (CSV, "target,value,sigma\nspin,3000,1\n", "row 1 (line 2): there is no target 'spin'"),
+    (CSV, "target,value,sigma\ncor,high,\n", "row 1 (line 2): cor = 'high'"),
+    (CSV, "target,value,sigma\ncor,0.7,\ncor,0.8,\n", "row 2 (line 3): cor is given twice"),
+    (CSV, "target,value,sigma\ncor,0.7,0.1,4\n", "more cells"),
+    (CSV, "target,value,sigma\nm_ball,0.046,0.1\n", "m_ball takes no sigma: --prior"),
+    ("--cor 1", "", "cor = 1 is refused"),
+    ("--cor 0.7 --contact-time 600", "", "600e-6 for 600 µs"),
+    ("--cor 0.7 --max-force 6.6", "", "6600 for 6.6 kN"),
+    ("--cor 0.7±0 --contact-time 6e-4", "", "sigma_cor = 0"),
+    ("--cor 0.7 --measured cor=0.7", "", "cor is given twice"),
+    ("--measured spin=3", "", "no target 'spin'"),
+    ("--measured cor", "", "write NAME=VALUE"),
+    ("--ball-speed 50 --club-speed-after 24 --cor 0.74", "", "count once"),
+    ("--cor 0.7 --contact-time 6e-4 --exponent free", "", "3 are needed"),
+    ("", "", "--cor 0.743 --contact-time 600e-6"),
+    ("--cor 0.7 --contact-time 6e-4 --m-club 210", "", "0.21 for 210 g"),
+    ("--law 1 --exponent 1.5", "", "exponent = 1.5 is refused: law = 1"),
+    ("--law 1 --exponent free", "", "exponent = free is refused: law = 1"),
+    ("--reference-compression 0", "", "reference_compression = 0"),
+    ("--law 3", "", "1 (absolute)"),
+    ("--csv none.csv", "", "none.csv"),
+    ("--fix m_club=1", "", "fix m_club is refused"),
+    ("--fix k=8e5 --fix b=3 --cor 0.7 --contact-time 6e-4", "", "nothing is left"),
+    ("--prior k=8e5", "", "without its σ"),
+    ("--baseline sloped", "", "zero, constant, linear"),
+    ("--curve bad.csv", "", "needs club_speed and m_club"),
+    ("--curve bad.csv@40", "", "needs m_club"),
+    (f"{CURVE} --prior club_speed=40±1", "", "of their own"),
 ]
 
 
-@pytest.mark.parametrize("case", FILES, ids=lambda case: case[1][:30])
-def test_files_that_are_refused(tmp_path, case):
-    text, *words = case
-    file = tmp_path / "bad.csv"
-    file.write_text(text)
-    options = {"approach": ["--cor-speeds"], "target": ["--csv"]}
-    option = next((options[word] for word in options if text.startswith(word)), None)
-    option = option or ["--club-speed", 40, "--m-club", 0.2, "--curve"]
-    refused(golf_here("calibrate", *option, file, "--out", tmp_path / "out"), "bad.csv", *words)
-    assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ("--cor 1", "cor = 1 is refused"),
-        ("--cor 0.7 --contact-time 600", "600e-6 for 600 µs"),
-        ("--cor 0.7 --max-force 6.6", "6600 for 6.6 kN"),
-        ("--cor 0.7±0 --contact-time 6e-4", "sigma_cor = 0"),
-        ("--cor 0.7 --measured cor=0.7", "cor is given twice"),
-        ("--measured spin=3", "no target 'spin'"),
-        ("--measured cor", "write NAME=VALUE"),
-        ("--ball-speed 50 --club-speed-after 24 --cor 0.74", "count once"),
-        ("--cor 0.7 --contact-time 6e-4 --exponent free", "3 are needed"),
-        ("", "--cor 0.743 --contact-time 600e-6"),
-        ("--cor 0.7 --contact-time 6e-4 --m-club 210", "0.21 for 210 g"),
-        ("--law 1 --exponent 1.5", "exponent = 1.5 is refused: law = 1"),
-        ("--law 1 --exponent free", "exponent = free is refused: law = 1"),
-        ("--reference-compression 0", "reference_compression = 0"),
-        ("--law 3", "1 (absolute)"),
-        ("--csv none.csv", "none.csv"),
-        ("--fix m_club=1", "fix m_club is refused"),
-        ("--fix k=8e5 --fix b=3 --cor 0.7 --contact-time 6e-4", "nothing is left"),
-        ("--prior k=8e5", "without its σ"),
-        ("--baseline sloped", "zero, constant, linear"),
-        ("--curve curve.csv", "needs club_speed and m_club"),
-        ("--curve curve.csv@40", "needs m_club"),
-        ("--curve curve.csv@90 --m-club 0.2", "90mph"),
-        ("--curve curve.csv@40 --m-club 0.2 --prior club_speed=40±1", "of their own"),
-    ],
-)
-def test_options_that_are_refused(tmp_path, options, words):
-    write(tmp_path / "curve.csv", *record())
-    done = golf_here("calibrate", *options.split(), "--out", "out", cwd=tmp_path)
-    refused(done, words)
+@pytest.mark.parametrize("case", REFUSED, ids=lambda case: case[2][:30])
+def test_what_is_refused(tmp_path, case):
+    options, text, *words = case
+    (tmp_path / "bad.csv").write_text(text)
+    words += ["bad.csv"] if text else []
+    refused(golf_here("calibrate", *options.split(), "--out", "out", cwd=tmp_path), *words)
     assert not (tmp_path / "out").exists()
 
 
@@ -178,16 +164,6 @@ def test_curves_that_are_refused(change, words):
         conditioned(*change(*curve()))
 
 
-@pytest.mark.parametrize(
-    ("level", "drift", "kind"), [(0.0, 0.0, 0), (50.0, 0.0, 1), (-30.0, 200.0, 2)]
-)
-def test_a_baseline_follows_from_the_rows_outside_contact(level, drift, kind):
-    time, force = curve()
-    found = conditioned(time, force + level + drift * time / time[-1])
-    assert len(found.baseline) == kind
-    assert found.signal == pytest.approx(force, abs=1e-6)
-
-
 @pytest.mark.parametrize(("rows", "kind"), [(9, 0), (10, 1)])
 def test_a_baseline_needs_ten_rows(rows, kind):
     """Of rows at least a quarter of the contact before it."""
@@ -205,11 +181,9 @@ def test_quantization_is_not_clipping(step, limit):
     time, force = record(lead=0.15, trail=0.25, step=step, limit=limit, sign=-1.0)
     sigma, clipped = np.linspace(10.0, 20.0, 551), (force == force.min()) & (limit < math.inf)
     series = conditioned(time, force, sigma, **AT, m_ball=0.04593)
-    assert series.notes[0] == "the force is negative; its sign was changed"
-    words = [f"{clipped.sum()} rows at the largest force are left out: clipped"] * int(
-        clipped.any()
-    )
-    assert [*series.notes[1:]] == words
+    words = f"{clipped.sum()} rows at the largest force are left out: clipped"
+    turned = "the force is negative; its sign was changed"
+    assert [*series.notes] == [turned, *[words] * bool(clipped.any())]
     assert series.sigma.tolist() == sigma[~clipped].tolist()
 
 

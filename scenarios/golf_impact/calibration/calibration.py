@@ -13,10 +13,9 @@ import numpy as np
 from golf_impact.api import run_impacts
 from golf_impact.ball import Ball, ball_toml
 from golf_impact.calibration import report
-from golf_impact.calibration.fit import Estimate, Fit, chance_of
+from golf_impact.calibration.fit import ContactLaw, Estimate, Fit, chance_of
 from golf_impact.calibration.measurements import Measurements, measurements, number
-from golf_impact.calibration.model import ContactLaw
-from golf_impact.calibration.series import IMPACT
+from golf_impact.calibration.series import IMPACT, Curve
 from golf_impact.errors import UserError
 from golf_impact.files import write
 from golf_impact.intervals import RANGES, standard_errors
@@ -85,12 +84,12 @@ class Calibration(Fit):
             # With too few measurements a law isn't compared.
             with suppress(UserError):
                 found[other] = Fit(data, other, False, fixed)
-        self.fits = [found[one] for one in compared if one in found] if data.sized else []
+        self.fits = [found[one] for one in compared if one in found and data.sized]
         if speeds is None:
             own = [one.impact["club_speed"] for one in data.curves.values()]
-            own = own or [data.impact["club_speed"]]
-            middle = np.mean(data.cor_speeds.x if data.cor_speeds else own)
-            speeds = [float(f"{middle * factor:.2g}") for factor in (0.6, 0.8, 1.0, 1.2, 1.4)]
+            measured = data.cor_speeds.x if data.cor_speeds else own or data.impact["club_speed"]
+            factors = np.array([0.6, 0.8, 1.0, 1.2, 1.4])
+            speeds = [float(f"{speed:.2g}") for speed in factors * np.mean(measured)]
         self.speeds = np.array(speeds, float)
         try:
             self.predictions = self.predict(self.speeds)
@@ -112,21 +111,20 @@ class Calibration(Fit):
             raise UserError(found.reason)
         names, covariance = self._uncertain({*self.parameters} - {"club_speed"})
         errors = standard_errors(_PREDICTED, values, names, covariance)
-        low = {output: self.coverage * errors[output] for output in _PREDICTED}
-        high = dict(low)
-        for name, one in self.parameters.items():
-            if one.limit is None:
-                continue
-            (far,) = {*one.interval} - {one.limit}
-            moved = run_impacts(_PREDICTED, **{**values, name: far})
-            for output in _PREDICTED:
-                change = np.nan_to_num(moved[output] - found[output])
-                low[output] = np.hypot(low[output], np.minimum(change, 0.0))
-                high[output] = np.hypot(high[output], np.maximum(change, 0.0))
-        return {
-            output: Interval(value, value - low[output], value + high[output])
-            for output, value in found.items()
+        ends = {
+            name: one.interval for name, one in self.parameters.items() if one.limit is not None
         }
+        moved = [
+            run_impacts(_PREDICTED, **{**values, name: end}) for name in ends for end in ends[name]
+        ]
+        predicted = {}
+        for output, value in found.items():
+            low = high = self.coverage * errors[output]
+            for change in (np.nan_to_num(one[output] - value) for one in moved):
+                low = np.hypot(low, np.minimum(change, 0.0))
+                high = np.hypot(high, np.maximum(change, 0.0))
+            predicted[output] = Interval(value, value - low, value + high)
+        return predicted
 
     def _uncertain(self, chosen: set[str]) -> tuple[list[str], np.ndarray]:
         """Those of these parameters that aren't at a limit, and their covariance."""
@@ -138,10 +136,9 @@ class Calibration(Fit):
     def ball(self) -> Ball:
         """The ball that was found; `**ball.values` are inputs and parameters of the FMU."""
         data, values, measured = self.data, self.values, [*self.data.targets.measured]
-        for name, one in data.series.items():
+        for one in data.series.values():
             # Each curve has conditions of its own.
-            own = data.curves.get(name)
-            at = f" ({report.describe_impact(own.impact)})" if own else ""
+            at = f" ({report.describe_impact(one.impact)})" if isinstance(one, Curve) else ""
             measured.append(f"{len(one.y)} rows of {one.name}{at}")
         source = f"golf-impact calibrate: {', '.join(measured)}"
         if data.targets.measured or not data.curves:
@@ -195,18 +192,9 @@ class Calibration(Fit):
         title = f"Calibration: {self.title} (law {self.law.law})"
         return "\n".join([title, *found, f"  χ² = {square:.3f}, {freedom}"])
 
-    @property
-    def words(self) -> list[str]:
-        """What the numbers say, in sentences."""
-        return report.sentences(self)
-
-    def tables(self) -> list[report.Table]:
-        """Parameters, measurements, predictions, and the comparison of laws."""
-        return report.tables(self)
-
-    def as_json(self) -> dict[str, Any]:
-        """All of it, for calibrate.json (SI units); null where something isn't defined."""
-        return report.as_json(self)
+    words = property(report.sentences)
+    tables = report.tables
+    as_json = report.as_json
 
 
 def calibrate(

@@ -11,11 +11,28 @@ import lmfit
 import numpy as np
 from scipy.special import chdtrc, stdtrit
 
-from golf_impact.calibration.measurements import Measurements
-from golf_impact.calibration.model import FAR, FEW, ContactLaw, Problem
-from golf_impact.calibration.series import RESTITUTION, TARGETS, UNITS, compute_scalars, inputs
+from golf_impact.calibration.measurements import Measurements, number
+from golf_impact.calibration.series import (
+    IMPACT,
+    RESTITUTION,
+    TARGETS,
+    UNITS,
+    compute_scalars,
+    inputs,
+    reduced_mass,
+)
 from golf_impact.errors import UserError
-from golf_impact.intervals import step_of
+from golf_impact.intervals import RANGES, ends_of, step_of
+from golf_impact.quantities import LAWS_IN_WORDS
+
+#: The parameters of COR = first − second · approach speed; they replace b.
+LINE = ("restitution_at_rest", "restitution_slope")
+
+#: The residual where no contact ends, σ; rows of a curve with which a search begins.
+_FAR, _FEW = 1e9, 600
+
+#: Damping ratios and exponents of the starts.
+_ZETAS, _EXPONENTS = (1e-3, 0.02, 0.1, 0.3, 0.8, 3.0, 30.0), (1.05, 1.5, 2.2, 4.0)
 
 #: Parameters are rounded to this fraction of their standard error; the rise of χ² at the end of a
 #: one-sided 95 % interval; a lag-1 autocorrelation of residuals, times √rows, that isn't chance.
@@ -23,6 +40,33 @@ _ROUNDING, _ONE_SIDED, _CORRELATED = 1e-3, 1.645**2, 4.0
 
 #: By how many rows touch is moved.
 _ROWS = tuple(2.0**n for n in range(3, -5, -1))
+
+
+class ContactLaw(NamedTuple):
+    """A law, and which of its parameters are given."""
+
+    law: int  #: 1 (absolute) or 2 (relative)
+    exponent: float | None  #: n, or None if it is free
+    reference_compression: float = 0.005  #: d_r, at which k and b hold, m
+
+    @classmethod
+    def of(cls, law: int, exponent: float | str, reference_compression: float) -> ContactLaw:
+        """From options: the exponent is a number or "free"; UserError if there is no such law."""
+        if law not in (1, 2):
+            raise UserError(f"law = {law} is refused: {LAWS_IN_WORDS}", "law", law, LAWS_IN_WORDS)
+        n = None if exponent == "free" else number(exponent, "exponent")
+        if law == 1 and n != 1.0:
+            why = "law = 1 (absolute) is linear: leave the exponent out, or take law 2"
+            raise UserError(f"exponent = {exponent} is refused: {why}", "exponent", exponent, why)
+        return cls(law, n, number(reference_compression, "reference_compression"))
+
+    @property
+    def title(self) -> str:
+        if self.exponent is None:
+            return "power law, n free"
+        if self.exponent == 1.0:
+            return "Kelvin–Voigt" if self.law == 2 else "absolute"
+        return f"{'Tsuji' if self.exponent == 1.5 else 'power law'}, n = {self.exponent:g}"
 
 
 class Estimate(NamedTuple):
@@ -36,6 +80,171 @@ class Estimate(NamedTuple):
     def as_json(self) -> dict[str, Any]:
         """Without a limit, if it isn't at one."""
         return {name: v for name, v in self._asdict().items() if name != "limit" or v is not None}
+
+
+class _Minimizer(lmfit.Minimizer):
+    """lmfit's, whose `conf_interval` uses the same method as the fit."""
+
+    def leastsq(self, *arguments: Any, **options: Any) -> Any:
+        return self.least_squares()
+
+
+class Problem:
+    """Residuals of a law and their derivatives.
+
+    Values have the FMU's names (SI units). A curve has besides those of `UNITS`, and perhaps a
+    stiffness of its own: `touch_2`, `k_2` are those of the second one.
+
+    Attributes:
+        names: of the law's and the impact's parameters, fixed ones too, in order.
+        owner: the curve that a parameter belongs to, by its name.
+        sigma: standard deviations of the measured values, by the name of the part.
+        rows: the number of measured values.
+
+    Raises:
+        UserError: the measurements can't determine the law's free parameters.
+    """
+
+    def __init__(
+        self, data: Measurements, law: ContactLaw, apart: bool, fixed: Mapping[str, float]
+    ) -> None:
+        self.data, self.law, self.fixed, self.apart = data, law, fixed, apart
+        self.parts = data.parts
+        self.sigma = {name: part.guess.copy() for name, part in self.parts.items()}
+        self.rows = sum(map(len, self.sigma.values()))
+        fitted = {*(LINE if data.cor_speeds else ["b"]), *(["k", "exponent"] * data.sized)}
+        self._check_number(fitted)
+        own = {curve: one.own for curve, one in data.curves.items()}
+        self.owner = {name: curve for curve in own for name in own[curve] if name != "k"}
+        self.names = [name for name in RANGES if name in fitted]
+        self.names += [stiffness for stiffness, *_ in own.values() if apart and stiffness != "k"]
+        self.names += [name for name in IMPACT if name in data.priors.measured]
+
+    def _check_number(self, fitted: set[str]) -> None:
+        """Raise UserError if these measurements can't determine the law's free parameters."""
+        data, law, fixed, line = self.data, self.law, self.fixed, bool(self.data.cor_speeds)
+        priors = [name for name in data.priors.measured if name in RANGES]
+        for name in (*fixed, *priors):
+            if name not in fitted:
+                raise UserError(f"{name} is refused: {', '.join(sorted(fitted))} are fitted here")
+        if fitted <= {*fixed} | ({"exponent"} if law.exponent else set()) and not data.curves:
+            raise UserError("nothing is left to be fitted: fix fewer parameters")
+        if law.law == 1 and line:
+            raise UserError("cor_speeds are refused with law = 1: its damping has no COR line")
+        sizes = [name for name in data.targets.measured if name not in RESTITUTION]
+        have = len(sizes) + (line or len(data.targets.measured) > len(sizes)) + len(priors)
+        need = 2 + (law.exponent is None) - sum(name in fixed for name in ("k", "b"))
+        if have < need and not (data.curves or (line and need == 2 and not data.sized)):
+            raise UserError(
+                f"{law.title} can't be fitted: too few targets, {have} where {need} are needed "
+                "(ball speed, club speed after and COR count once); give --curve FILE.csv, "
+                "--cor-speeds FILE.csv or more of them, e.g. --cor 0.743 --contact-time 600e-6"
+            )
+
+    def values(self, params: lmfit.Parameters) -> dict[str, Any]:
+        law = {"law": self.law.law}
+        sizes = {"reference_compression": self.law.reference_compression} if self.data.sized else {}
+        return law | sizes | params.valuesdict()
+
+    def split(self, rows: np.ndarray) -> dict[str, np.ndarray]:
+        """Views of rows by the name of the part that they are of."""
+        ends = np.cumsum([len(sigma) for sigma in self.sigma.values()])[:-1]
+        return dict(zip(self.parts, np.split(rows, ends)))
+
+    def residuals(self, params: lmfit.Parameters) -> np.ndarray:
+        """(model − measured)/σ of all parts, (n,); large where there is no contact that ends."""
+        values, far = self.values(params), np.full(self.rows, _FAR)
+        try:
+            rows = np.concatenate(
+                [(part.model(values) - part.y) / self.sigma[n] for n, part in self.parts.items()]
+            )
+        except UserError:
+            # Far from any ball values may leave the FMU's range; the search has to turn back.
+            return far
+        return rows if np.all(np.abs(rows) < _FAR) else far
+
+    def cost(self, params: lmfit.Parameters) -> float:
+        return float(np.sum(self.residuals(params) ** 2))
+
+    def jacobian(self, params: lmfit.Parameters, near: float = 0.0) -> np.ndarray:
+        """Derivatives (n, p) of the residuals over the varied parameters, by differences.
+
+        Rows within so many spacings of touch have none over its instant: the force jumps or rises
+        steeply there.
+        """
+        values, names = self.values(params), [one.name for one in params.values() if one.vary]
+        slopes = np.zeros((len(names), self.rows))
+        try:
+            for name, column in zip(names, slopes):
+                owner = self.owner.get(name)
+                of = name.partition("_")[0] if owner else name
+                ends = ends_of(of, values[name])
+                for key, rows in self.split(column).items():
+                    if owner not in (None, key):
+                        continue
+                    part = self.parts[key]
+                    low, high = (part.model({**values, name: end}) for end in ends)
+                    rows[:] = (high - low) / (ends[1] - ends[0]) / self.sigma[key]
+                    if of == "touch":
+                        # A difference over the jump itself is none of the force.
+                        close = max(near * part.spacing, UNITS[of] * (ends[1] - ends[0]))
+                        rows[np.abs(part.since_touch(values)) <= close] = 0.0
+        except UserError:
+            slopes[:] = 0.0
+        return slopes.T
+
+    def minimizer(
+        self, params: lmfit.Parameters, tolerance: float = 0.0, near: float = 0.0
+    ) -> _Minimizer:
+        # Of χ²; with many rows it is about their number, and 1e-3 a thirtieth of a σ.
+        many = self.rows > _FEW
+        tolerance = tolerance or max(1e-10, 1e-3 / self.rows if many else 0.0)
+        found = _Minimizer(
+            self.residuals,
+            params,
+            scale_covar=False,
+            jac=lambda params: self.jacobian(params, near),
+            method="dogbox",  # of SciPy's methods the one that ends exactly at a limit
+            x_scale="jac",
+            **dict.fromkeys(("xtol", "ftol", "gtol"), tolerance),
+        )
+        # SciPy's limit; lmfit's own would end without a covariance.
+        found.kws["max_nfev"] = 100
+        return found
+
+    def solve(self, params: lmfit.Parameters, tolerance: float = 0.0) -> Any:
+        return self.minimizer(params, tolerance).least_squares()
+
+    def starts(self) -> list[lmfit.Parameters]:
+        """A grid of ζ and n; k from an undamped contact as long as the curve's, or 0.5 ms."""
+        data, law = self.data, self.law
+        duration, speed, early = 5e-4, data.impact["club_speed"], [0.0]
+        for curve in [*data.curves.values()][:1]:
+            duration, early = 1.2 * float(np.ptp(curve.x[curve.contact])), [0.0, 0.1]
+            speed = curve.impact["club_speed"]
+        reduced, omega = reduced_mass(data.impact), math.pi / duration
+        zetas = (0.1,) if data.series else _ZETAS
+        exponents = (law.exponent,) if law.exponent else _EXPONENTS
+        known = {name: prior.value for name, prior in data.priors.measured.items()}
+        starts = []
+        for zeta, n, share in product(zetas, exponents, early):
+            # With the compression L = m v/ω: √(m k/μ) = ω (d_r/L)^(m − 1).
+            m = 0.5 * (n + 1.0)
+            ratio = law.reference_compression * omega / (m * speed)
+            k = self.fixed.get("k", reduced * omega**2 / m * ratio ** (n - 1.0))
+            # The damping ratio is b/√(2 (n + 1) k μ).
+            b = zeta * math.sqrt(2.0 * (n + 1.0) * k * reduced)
+            guess = {**known, "b": b, "exponent": n, **dict(zip(LINE, (0.8, 0.002))), **self.fixed}
+            params = lmfit.Parameters()
+            for name in self.names:
+                free = name not in self.fixed and not (name == "exponent" and law.exponent)
+                params.add(name, guess.get(name, k), free, *RANGES.get(name, ()))
+            for curve in data.curves.values():
+                own = (-share * duration, *curve.baseline)
+                for name, unit, value in zip(curve.own[1:], UNITS.values(), own):
+                    params.add(name, value / unit)
+            starts.append(params)
+        return starts
 
 
 class Fit:
@@ -90,10 +299,9 @@ class Fit:
             minimizer = problem.minimizer(result.params, near=0.75)
             result = minimizer.least_squares()
             if ends := _at_limits(result):
-                params = result.params.copy()
-                for name, (limit, _) in ends.items():
-                    params[name].set(value=limit, vary=False)
-                minimizer = problem.minimizer(params, near=0.75)
+                for name, one in ends.items():
+                    result.params[name].set(value=one.value, vary=False)
+                minimizer = problem.minimizer(result.params, near=0.75)
                 result = minimizer.least_squares()
         self.result = _determined(problem, result)
         free = [*result.var_names, *ends]
@@ -122,12 +330,7 @@ class Fit:
             half = self.coverage * error
             return Estimate(value, error, profiles.get(name, (value - half, value + half)))
 
-        self.parameters = {
-            name: Estimate(ends[name][0], None, ends[name][1], ends[name][0])
-            if name in ends
-            else estimate(name)
-            for name in of_law
-        }
+        self.parameters = {name: ends.get(name) or estimate(name) for name in of_law}
         self.curves = {
             curve: {
                 of: estimate(name, UNITS[of], one.origin if of == "touch" else 0.0)
@@ -149,37 +352,36 @@ class Fit:
             for name in data.series
         }
         exact = [self.rms[name] < 1e-6 * one.signal.max() for name, one in data.series.items()]
-        exact.append(np.abs(self.residuals.get("targets", 0.0)).max() < 0.01)
-        self.is_exact = all(exact)
+        self.is_exact = all([*exact, np.abs(self.residuals.get("targets", 0.0)).max() < 0.01])
 
     def _estimate_sigma(self, problem: Problem, result: Any) -> None:
         """σ of the series without: residuals over rows less the parameters that they determine."""
         covariance = _determined(problem, result).covar
         leverages = problem.split(np.sum(result.jac @ covariance * result.jac, axis=1))
-        for name, residuals in problem.split(result.residual).items():
-            if name not in self.estimated:
-                continue
-            one, sigma, used = problem.parts[name], problem.sigma[name], leverages[name]
-            if getattr(one, "step", 0.0) > math.sqrt(np.mean(residuals**2)) * sigma[0]:
+        residuals = problem.split(result.residual)
+        for name in self.estimated:
+            one, sigma = problem.parts[name], problem.sigma[name]
+            rows, used = residuals[name], leverages[name]
+            if one.step > math.sqrt(np.mean(rows**2)) * sigma[0]:
                 # Outside contact all values may round to one: no noise is left.
-                residuals, used = residuals[one.contact], used[one.contact]
-            freedom = max(len(residuals) - float(used.sum()), 1.0)
+                rows, used = rows[one.contact], used[one.contact]
+            freedom = max(len(rows) - float(used.sum()), 1.0)
             # Data computed without noise leave residuals of rounding only.
             least = 1e-9 * float(np.abs(one.y).max()) / sigma[0]
-            problem.sigma[name] = sigma * max(math.sqrt(np.sum(residuals**2) / freedom), least)
+            problem.sigma[name] = sigma * max(math.sqrt(rows @ rows / freedom), least)
 
     def _enlarge_sigma(self, problem: Problem, result: Any) -> None:
         """Estimated σ so that independent rows determine as much as correlated ones (AR(1)) do."""
         self.row_correlations = {}
-        for name, rows in problem.split(result.residual).items():
-            if name in problem.data.curves:
-                inside = rows[problem.parts[name].contact]
-                r = float(inside[1:] @ inside[:-1]) / max(float(inside @ inside), 1e-300)
-                # That of independent residuals is normal, 1/√rows.
-                if r * math.sqrt(len(inside)) > _CORRELATED:
-                    self.row_correlations[name] = r
-                    if name in self.estimated:
-                        problem.sigma[name] = problem.sigma[name] * enlargement(r)
+        residuals = problem.split(result.residual)
+        for name, curve in problem.data.curves.items():
+            inside = residuals[name][curve.contact]
+            r = float(inside[1:] @ inside[:-1]) / max(float(inside @ inside), 1e-300)
+            # That of independent residuals is normal, 1/√rows.
+            if r * math.sqrt(len(inside)) > _CORRELATED:
+                self.row_correlations[name] = r
+                if name in self.estimated:
+                    problem.sigma[name] = problem.sigma[name] * enlargement(r)
 
     def numbers(self) -> dict[str, Any]:
         """The part of calibrate.json that every fit has."""
@@ -207,7 +409,7 @@ def chance_of(square: float, freedom: int) -> float:
 
 def _minimum(problem: Problem, tolerance: float = 0.0) -> Any:
     """lmfit's result of the best minimum; of several that are as good, the least damped one."""
-    thin, starts = problem.data.thinned(FEW), problem.starts()
+    thin, starts = problem.data.thinned(_FEW), problem.starts()
     if thin is not problem.data:
         thinner = Problem(thin, problem.law, problem.apart, problem.fixed)
         starts = [_shifted(problem, _minimum(thinner, 1e-5).params)]
@@ -219,7 +421,7 @@ def _minimum(problem: Problem, tolerance: float = 0.0) -> Any:
         starts = [_shifted(problem, best.params)]
     results = [problem.solve(params, tolerance) for params in starts]
     least = min(result.chisqr for result in results)
-    if least >= FAR:
+    if least >= _FAR:
         raise UserError(f"{problem.law.title}: no contact that ends comes near these measurements")
     equal = (one for one in results if one.chisqr - least <= 1e-6 * (1.0 + least))
     return min(equal, key=lambda one: [round(one.params[n].value, 3) for n in problem.names[1:]])
@@ -263,12 +465,9 @@ def _determined(problem: Problem, result: Any) -> Any:
     return result
 
 
-def _at_limits(result: Any) -> dict[str, tuple[float, tuple[float, float]]]:
-    """Limits and one-sided intervals of the parameters that are at a limit.
-
-    At a limit is one that is closer to it than the step of a difference.
-    """
-    found: dict[str, tuple[float, tuple[float, float]]] = {}
+def _at_limits(result: Any) -> dict[str, Estimate]:
+    """The parameters that are closer to a limit than the step of a difference."""
+    found: dict[str, Estimate] = {}
     if result.covar is None:
         return found
     step = -result.covar @ (result.jac.T @ result.residual)
@@ -280,7 +479,7 @@ def _at_limits(result: Any) -> dict[str, tuple[float, tuple[float, float]]]:
                 beyond = min(inward * step[n], 0.0)
                 far = beyond + math.sqrt(beyond**2 + _ONE_SIDED * result.covar[n, n])
                 low, high = sorted((limit, float(limit + inward * far)))
-                found[name] = limit, (low, high)
+                found[name] = Estimate(limit, None, (low, high), limit)
     return found
 
 

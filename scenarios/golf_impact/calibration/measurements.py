@@ -139,19 +139,17 @@ def measurements(
     """
     if baseline not in ("", *BASELINES):
         raise UserError(f"baseline = {baseline!r} is refused: choose from {', '.join(BASELINES)}")
-    # Value, perhaps with σ, and place by name.
-    given = _read_scalars(file) if file else {}
-    given |= {_named(name): (v, "") for name, v in scalars.items() if v is not None}
-    targets = {
-        name: measured(given[name][0], name, given[name][1]) for name in TARGETS if name in given
-    }
+    named = [(_named(name), value) for name, value in scalars.items() if value is not None]
+    # Arguments of `measured` or `number` by name.
+    given = (_read_scalars(file) if file else {}) | {name: (v, name, "") for name, v in named}
+    targets = {name: measured(*given[name]) for name in TARGETS if name in given}
     prior = {name: measured(value, name, "prior") for name, value in (priors or {}).items()}
     for name, one in prior.items():
         if name not in (*RANGES, *IMPACT):
             raise unknown_name("parameter", name, (*RANGES, *IMPACT))
         if not one.stated:
             raise UserError(f"prior {name} is refused without its σ: --prior {name}=VALUE±SIGMA")
-    conditions = {n: number(given[n][0], n, given[n][1]) for n in IMPACT if n in given}
+    conditions = {name: number(*given[name]) for name in IMPACT if name in given}
     conditions |= {name: prior[name].value for name in IMPACT if name in prior}
     impact = {**IMPACT, **conditions}
     several = (
@@ -169,9 +167,8 @@ def measurements(
         impact = dict(first)
     line = None
     if cor_speeds is not None:
-        line = Series(
-            *_read_series(cor_speeds, "cor_speeds", ("approach_speed", "cor"), ("m/s", "1"))
-        )
+        columns_of_line = ("approach_speed", "cor"), ("m/s", "1")
+        line = Series(*_read_series(cor_speeds, "cor_speeds", *columns_of_line))
         if np.ptp(line.x) == 0.0:
             raise UserError(f"{line.name} is refused: a line needs COR at two speeds or more")
         if len(line.y) == 2 and line.sigma is None:
@@ -184,20 +181,20 @@ def _named(name: str, where: str = "calibrate") -> str:
     """The name in results of a scalar or a condition, also by its FMU output."""
     given = name.strip().lower().lstrip("-").replace("-", "_")
     found = {output: name for name, output in TARGETS.items()}.get(given, given)
-    if found not in TARGETS and found not in IMPACT:
+    if found not in (*TARGETS, *IMPACT):
         error = unknown_name("target", given, (*TARGETS, *IMPACT))
         raise UserError(f"{where}: {error}", given, reason=error.reason)
     return found
 
 
-def _read_scalars(path: Path) -> dict[str, tuple[Any, str]]:
-    """Of each row of a file value, perhaps with σ, and place, by name."""
+def _read_scalars(path: Path) -> dict[str, tuple[Any, str, str]]:
+    """Of each row of a file value, perhaps with σ, name and place, by name."""
     (_, header), *rows = read_cells(path) or [(1, [""])]
     names = [cell.lower() for cell in header]
     if names not in (["target", "value"], ["target", "value", "sigma"]):
         why = "its first line must be target,value or target,value,sigma"
         raise UserError(f"{path} is refused: {why}, not {','.join(names)!r}")
-    found: dict[str, tuple[Any, str]] = {}
+    found: dict[str, tuple[Any, str, str]] = {}
     for n, (line, cells) in enumerate(rows, 1):
         where = f"{path}, row {n} (line {line})"
         if len(cells) > len(names):
@@ -208,7 +205,7 @@ def _read_scalars(path: Path) -> dict[str, tuple[Any, str]]:
             raise UserError(f"{where}: {name} takes no sigma: --prior {name}={value}±{sigma}")
         if name in found:
             raise UserError(f"{where}: {name} is given twice")
-        found[name] = (value, sigma) if sigma else value, where
+        found[name] = (value, sigma) if sigma else value, name, where
     return found
 
 

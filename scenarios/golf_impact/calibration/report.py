@@ -35,10 +35,9 @@ def describe_impact(impact: Mapping[str, float]) -> str:
 def describe_limits(parameters: Mapping[str, Estimate]) -> dict[str, str]:
     """Of each parameter at its limit, how far from it the truth may be."""
     words = {}
-    for name, found in parameters.items():
-        if found.limit is not None:
-            low, high = found.interval
-            end = f"at most {high:.3g}" if found.limit == low else f"at least {low:.3g}"
+    for name, (_, _, (low, high), limit) in parameters.items():
+        if limit is not None:
+            end = f"at most {high:.3g}" if limit == low else f"at least {low:.3g}"
             words[name] = f"{end} {_unit(name)}".rstrip()
     return words
 
@@ -79,10 +78,10 @@ def sentences(fit: Any) -> list[str]:
     if own := fit.stiffnesses:
         values = [found.value for found in own.values()]
         spread = 100.0 * (max(values) - min(values)) / fit.parameters["k"].value
-        often = [times for times in (20, 100, 1000) if fit.chance_apart < 1.0 / times]
         much = "no more than by chance: one describes all of them."
-        if often:
-            much = f"more than chance in 1 of {often[-1]} (club speeds and masses count as exact)."
+        for times in (20, 100, 1000):
+            if fit.chance_apart < 1.0 / times:
+                much = f"more than chance in 1 of {times} (club speeds and masses count as exact)."
         each = (f"{name}: k = {format_with_error(*one[:2])} N/m" for name, one in own.items())
         words.append(f"Stiffnesses of the curves differ by {spread:.2g} %, {much}")
         words.append(f"Each on its own: {'; '.join(each)}.")
@@ -107,8 +106,8 @@ def _baseline(fit: Any, name: str) -> str:
     offset = f"an offset of {format_with_error(*found['offset'][:2])} N"
     if "drift" not in found:
         return f"baseline constant, {offset} is subtracted"
-    length, (drift, error, *_) = float(np.ptp(curve.x)), found["drift"]
-    size = format_with_error(length * drift, length * (error or 0.0))
+    length = curve.x[-1] - curve.x[0]
+    size = format_with_error(*(length * one for one in found["drift"][:2]))
     return f"baseline linear, {offset} and a drift of {size} N over the record are subtracted"
 
 
@@ -135,25 +134,23 @@ def _found(fit: Any) -> list[list[str]]:
     for curve, own in fit.curves.items():
         number = curve.removeprefix("curve")
         found |= {("touch_time" if of == "touch" else of) + number: own[of] for of in own}
-    for name, one in found.items():
-        text = f"{one.value:.6g} (at its limit)"
-        if one.limit is None:
-            text = format_with_error(one.value, one.standard_error)
-        ends = " to ".join(f"{end:.6g}" for end in one.interval)
-        rows.append([name, f"{text} {_unit(name)}".rstrip(), ends])
+    for name, (value, error, ends, _) in found.items():
+        text = f"{value:.6g} (at its limit)" if error is None else format_with_error(value, error)
+        interval = " to ".join(f"{end:.6g}" for end in ends)
+        rows.append([name, f"{text} {_unit(name)}".rstrip(), interval])
     return rows
 
 
 def _measured(fit: Any) -> list[list[str]]:
     data, rows = fit.data, []
-    for part, scalars in (("targets", data.targets), ("priors", data.priors)):
-        for n, (name, (value, sigma, _)) in enumerate(scalars.measured.items()):
-            one = Quantity(name if part == "targets" else f"{name} (prior)", decimals=6)
-            one = QUANTITIES.get(TARGETS.get(name, ""), one)
-            off = float(fit.residuals[part][n])
-            values = [one.format_value(value), f"{sigma * one.factor:.2g}"]
-            values.append(one.format_value(value + off * sigma))
-            rows.append([one.label, *values, f"{off:+.2f}" if abs(off) >= 0.005 else "0.00"])
+    priors = {f"{name} (prior)": one for name, one in data.priors.measured.items()}
+    scalars = {**data.targets.measured, **priors}
+    residuals = [*fit.residuals.get("targets", []), *fit.residuals.get("priors", [])]
+    for (name, (value, sigma, _)), off in zip(scalars.items(), residuals):
+        one = QUANTITIES.get(TARGETS.get(name, ""), Quantity(name, decimals=6))
+        measured, model = map(one.format_value, (value, value + off * sigma))
+        residual = f"{off:+.2f}" if abs(off) >= 0.005 else "0.00"
+        rows.append([one.label, measured, f"{sigma * one.factor:.2g}", model, residual])
     for name, series in data.series.items():
         text = f"rms {np.sqrt(np.mean(fit.residuals[name] ** 2)):.2f}"
         if name in data.curves:
@@ -176,23 +173,24 @@ def _predictions(fit: Any) -> list[list[str]]:
 
 def _laws(fit: Any) -> list[list[str]]:
     # Nothing is ranked by rounding.
-    ranked = [law.aic for law in fit.fits if not law.is_exact]
-    exact, rows = len(ranked) < len(fit.fits), []
+    least = min((law.aic for law in fit.fits if not law.is_exact), default=0.0)
+    exact, rows = any(law.is_exact for law in fit.fits), []
     for law in fit.fits:
         values = ", ".join(f"{name} = {one.value:.4g}" for name, one in law.parameters.items())
-        curves = [f"{law.rms[name]:.4g}" for name in fit.data.curves]
-        delta = "exact" if law.is_exact else "–" if exact else f"{law.aic - min(ranked):.4g}"
-        rows.append([law.law.title, values, ", ".join(curves) or _chi(law.chi_squared), delta])
+        curves = ", ".join(f"{law.rms[name]:.4g}" for name in fit.data.curves)
+        delta = "exact" if law.is_exact else "–" if exact else f"{law.aic - least:.4g}"
+        rows.append([law.law.title, values, curves or _chi(law.chi_squared), delta])
     return rows
 
 
 def as_json(fit: Any) -> dict[str, Any]:
-    """All of a calibration, for calibrate.json (SI units); null where something isn't defined."""
+    """All of it, for calibrate.json (SI units); null where something isn't defined."""
     data = fit.data
+    measured = zip(data.targets.measured.items(), fit.residuals.get("targets", ()))
     targets = [
         {"name": name, "target": one.value, "sigma": one.sigma, "sigma_given": one.stated}
-        | {"model": fit.predicted[name], "residual": float(fit.residuals["targets"][n])}
-        for n, (name, one) in enumerate(data.targets.measured.items())
+        | {"model": fit.predicted[name], "residual": float(off)}
+        for (name, one), off in measured
     ]
     series: dict[str, dict[str, Any]] = {}
     for name, one in data.series.items():

@@ -108,6 +108,7 @@ class Series:
     x: np.ndarray
     y: np.ndarray
     sigma: np.ndarray | None = None  #: of y; None if it follows from the residuals
+    step: float = 0.0  #: the resolution of y
 
     @property
     def signal(self) -> np.ndarray:
@@ -133,7 +134,6 @@ class Curve(Series):
 
     impact: Mapping[str, float] = field(default_factory=IMPACT.copy)
     suffix: str = ""  #: of its own parameters: touch_2
-    step: float = 0.0  #: the resolution of y, N
     notes: tuple[str, ...] = ()  #: what was changed or is missing, in sentences
     origin: float = 0.0  #: the instant of the first row in contact, s
     #: Offset at `origin` (N) and drift (N/s) of the sensor, as far as it has them, by the rows
@@ -160,31 +160,29 @@ class Curve(Series):
         """Time between rows, s."""
         return float(np.median(np.diff(self.x)))
 
-    def rows(self, chosen: slice | np.ndarray) -> Curve:
+    def rows(self, chosen: slice | np.ndarray, **changes: Any) -> Curve:
         sigma = self.sigma if self.sigma is None else self.sigma[chosen]
-        return replace(self, x=self.x[chosen], y=self.y[chosen], sigma=sigma)
+        return replace(self, x=self.x[chosen], y=self.y[chosen], sigma=sigma, **changes)
 
     def thinned(self, rows: int) -> Curve:
         """Of a free head; if there are more rows so many of contact and margins, or an eighth."""
-        free = replace(self, impact={**self.impact, "club_force": 0.0})
-        if len(self.x) <= rows:
-            return free
-        first, last = self.contact[[0, -1]].tolist()
-        margin = (last - first) // 2 + 1
-        first, last = max(first - margin, 0), last + margin + 1
-        return free.rows(slice(first, last, min(8, math.ceil((last - first) / rows))))
+        chosen = slice(None)
+        if len(self.x) > rows:
+            first, last = self.contact[[0, -1]].tolist()
+            margin = (last - first) // 2 + 1
+            first, last = max(first - margin, 0), last + margin + 1
+            chosen = slice(first, last, min(8, math.ceil((last - first) / rows)))
+        return self.rows(chosen, impact={**self.impact, "club_force": 0.0})
 
     def since_touch(self, values: Values) -> np.ndarray:
         return self.x - self.origin - UNITS["touch"] * values["touch" + self.suffix]
 
     def model(self, values: Values) -> np.ndarray:
         """Force and baseline."""
-        offset, drift = (
-            UNITS[of] * values.get(of + self.suffix, 0.0) for of in ("offset", "drift")
-        )
         law = inputs(values, self.impact) | {"k": values.get("k" + self.suffix, values["k"])}
-        force = _forces(self.since_touch(values), law)
-        return force + offset + drift * (self.x - self.origin)
+        own = (UNITS[of] * values.get(of + self.suffix, 0.0) for of in ("drift", "offset"))
+        baseline = np.polyval([*own], self.x - self.origin)
+        return _forces(self.since_touch(values), law) + baseline
 
 
 def _forces(times: np.ndarray, impact: Values) -> np.ndarray:
@@ -193,9 +191,7 @@ def _forces(times: np.ndarray, impact: Values) -> np.ndarray:
     if contact:
         most, end = _INSTANTS, contact.contact_time
     else:
-        most, end = _SCALAR_INSTANTS, run_impact(["contact_time"], **impact)["contact_time"]
-    if not end > 0.0:
-        raise UserError("the bodies don't separate")
+        most, end = _SCALAR_INSTANTS, compute_scalars(["contact_time"], impact)["contact_time"]
     inside = (times > 0.0) & (times < end)
     rows = instants = times[inside]
     if len(rows) > most:
@@ -244,8 +240,7 @@ def conditioned(curve: Curve, baseline: str) -> Curve:
         head = f"time [{unit}] in its header, or --columns 'time [{unit}],force'"
         why = f"is in a contact of {lasting:.3g} s, not of 600e-6: for {unit} write {head}"
     elif len(inside) < 5:
-        rows = "1 row" if len(inside) == 1 else f"{len(inside)} rows"
-        why = f"is one of only {rows} in contact: 5 are needed"
+        why = f"is one of only {len(inside)} row{'s' * (len(inside) > 1)} in contact: 5 are needed"
     elif peak == 0:
         why = "is the first: the record was triggered too late"
     if why:
@@ -263,9 +258,8 @@ def conditioned(curve: Curve, baseline: str) -> Curve:
     for at, what in ((slice(3), "begins"), (slice(-3, None), "ends")):
         share = np.median(force[at]) / force[peak]
         if share > 0.1:
-            notes.append(
-                f"the record {what} in contact, at {100.0 * share:.0f} % of the largest force"
-            )
+            percent = f"{100.0 * share:.0f} % of the largest force"
+            notes.append(f"the record {what} in contact, at {percent}")
     curve = replace(curve, notes=tuple(notes), step=step)
     _check_impulse(curve)
     return curve

@@ -113,8 +113,6 @@ def calibrate(
 
 
 def _pairs(texts: list[str] | None, option: str, example: str) -> dict[str, str]:
-    """Values by name, of NAME=VALUE."""
-    # As keyword arguments and as options are written.
-    parts = (text.partition("=") for text in texts or [])
-    pairs = (f"{name.replace('-', '_')}{sign}{value}" for name, sign, value in parts)
-    return pairs_of(pairs, f"NAME=VALUE, e.g. --{option} {example}", f"--{option}")
+    """Values by name, as keyword arguments and as options are written, of NAME=VALUE."""
+    pairs = pairs_of(texts or [], f"NAME=VALUE, e.g. --{option} {example}", f"--{option}")
+    return {name.replace("-", "_"): value for name, value in pairs.items()}
