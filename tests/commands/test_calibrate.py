@@ -155,6 +155,8 @@ def test_a_parameter_at_its_limit(tmp_path):
     # At the end of its interval χ² of the best other parameters is larger by 1.645².
     rise = calibrate(**given, fix={"b": b.interval[1]}).chi_squared - found.chi_squared
     assert rise == pytest.approx(1.645**2, rel=0.05)
+    k, alone = (one.parameters["k"] for one in (found, calibrate(**given, fix={"b": 0.0})))
+    assert k.standard_error == pytest.approx(alone.standard_error, rel=1e-6)
     cor = found.predict(35.0)["coefficient_of_restitution"]
     assert cor.low < 1.0 - 1e-3 < cor.value == cor.high == 1.0
     ball = golf_impact.read_ball(found.save(tmp_path / "mine.toml"))
@@ -244,12 +246,12 @@ def test_laws_and_flaws_of_a_record(case):
     given, how, words = case
     found = calibrate(record(**how), **given)
     assert_found(found, {**BALL, **how})
-    touch, noise = found.curves["curve"]["touch"], how.get("noise", 40.0)
+    touch, step = found.curves["curve"]["touch"], how.get("step", 0.0)
     off = abs(touch.value - how.get("shift", 0.0123))
-    assert off < 4.0 * touch.standard_error + 1e-9 + how.get("step", 0.0) * 1e-8
+    assert off < 4.0 * touch.standard_error + 1e-9 + 1e-8 * step
     # The error of a coarse step is even; outside contact all values may round to one.
-    sigma = math.hypot(noise, how.get("step", 0.0) / math.sqrt(12.0))
-    assert found.sigma["curve"][0] == pytest.approx(sigma, rel=0.4, abs=1e-2)
+    sigma, few = math.hypot(how.get("noise", 40.0), step / math.sqrt(12.0)), how.get("rows", 551)
+    assert found.sigma["curve"][0] == pytest.approx(sigma, rel=0.05 + 3.0 / few**0.5, abs=0.01)
     assert found.is_exact == (sigma == 0.0)
     assert any(re.search(words, sentence) for sentence in found.words)
 
@@ -292,6 +294,12 @@ def test_curves_of_different_noise():
     again = fitted([{**row, "sigma": s} for row, s in zip(rows, found.sigma.values())], **given)
     for name, one in found.parameters.items():
         assert abs(again.values[name] - one.value) < 1e-3 * one.standard_error
+    # Twice the same rows determine all by √2 better.
+    row = {**rows[0], "sigma": np.full(50, 20.0)}
+    single, double = (fitted(curves, **given).parameters for curves in ([row], [row] * 2))
+    for name, one in single.items():
+        ratio = one.standard_error / double[name].standard_error
+        assert ratio == pytest.approx(math.sqrt(2.0), rel=1e-3)
 
 
 def test_aic_is_that_of_a_normal_likelihood():

@@ -267,9 +267,7 @@ def conditioned(curve: Curve, baseline: str) -> Curve:
 
 def _scatter(x: np.ndarray, y: np.ndarray) -> float:
     """Standard deviation of rows about a line."""
-    if len(x) < 3:
-        return 0.0
-    return float(np.std(y - np.polynomial.Polynomial.fit(x, y, 1)(x)))
+    return float(np.std(y - np.polynomial.Polynomial.fit(x, y, 1)(x))) if len(x) > 2 else 0.0
 
 
 def _baseline(x: np.ndarray, y: np.ndarray, kind: str) -> tuple[float, ...]:

@@ -81,6 +81,7 @@ def calibrate(
     values = {**locals()}
     from golf_impact.calibration.calibration import calibrate as fit
     from golf_impact.files import as_json, check, write
+    from golf_impact.results import png
 
     for name in ("save", "folder", "figures", "measured"):
         del values[name]
@@ -95,12 +96,7 @@ def calibrate(
     with progress() as begin:
         calibration = fit(**values, progress=begin("calibrating", 100))
         written = [write(data, as_json(calibration.as_json()))]
-        if figures:
-            import io
-
-            image = io.BytesIO()
-            calibration.draw().savefig(image)
-            written.append(write(picture, image.getvalue()))
+        written += [write(picture, png(calibration.draw()))] if figures else []
         written += [calibration.save(save)] if save else []
     for table in calibration.tables():
         print_table(*table)
