@@ -25,8 +25,9 @@ from golf_impact.runs import FLAGS
 
 PHYSICS = ROOT / "fmu_src" / "golf_physics"
 
-#: Smaller numbers are left over where larger ones cancel: their bits are those of no function.
-LEFT_OVER = 1e-50
+#: Smaller numbers are left over where larger ones cancel, as between bodies that stay together:
+#: their last digits are those of no function.
+LEFT_OVER = 1e-40
 
 
 def random_calls(rng):
