@@ -404,6 +404,8 @@ def test_several_curves(tmp_path, k, speed):
         assert (file.x.tolist(), file.y.tolist()) == (own.x.tolist(), own.y.tolist())
     slow, fast = (one["value"] for one in found.as_json()["stiffness_by_curve"].values())
     assert fast / slow == pytest.approx(k / BALL["k"], rel=0.02)
+    less = found.deviance - Fit(found.data, found.law, apart=True).deviance
+    assert found.chance_apart == pytest.approx(stats.chi2.sf(less, 1), rel=1e-6)
     (words,) = (words for words in found.words if words.startswith("Stiffnesses of the curves"))
     more = "by 4.* %, more than chance in 1 of 1000"
     assert re.search(more if k > BALL["k"] else "no more than by chance", words)
