@@ -345,6 +345,9 @@ def test_all_together():
         assert together < 1.05 * of_line
     assert {one.law.exponent for one in found.fits} == {1.0, 1.5, None}
     assert found.residuals.keys() == {"targets", "curve", "cor_speeds"}
+    _, given_force, _, model, residual = found.tables()[1][2][0]
+    assert float(model) == pytest.approx(found.predicted["max_force"], abs=0.6)
+    assert float(model) - float(given_force) == pytest.approx(60.0 * float(residual), abs=1.5)
     # The figure: measured without its offset and fitted, over the time since touch; residuals.
     curve, cors, targets, *below = found.draw().axes
     own = found.curves["curve"]
