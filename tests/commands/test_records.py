@@ -79,7 +79,7 @@ REFUSED = [
     ("--cor 0.7 --contact-time 600", "", "600e-6 for 600 µs"),
     ("--cor 0.7 --max-force 6.6", "", "6600 for 6.6 kN"),
     ("--cor 0.7±0 --contact-time 6e-4", "", "sigma_cor = 0"),
-    ("--cor 0.7 --measured cor=0.7", "", "cor is given twice"),
+    ("--max-force 6e3 --measured max-force=6e3", "", "max_force is given twice"),
     ("--measured spin=3", "", "no target 'spin'"),
     ("--measured cor", "", "write NAME=VALUE"),
     ("--ball-speed 50 --club-speed-after 24 --cor 0.74", "", "count once"),
