@@ -84,6 +84,28 @@ def expected(way_of):
     return cache(lambda number: history(way_of("in process"), number))
 
 
+#: Refused at the start, at touch or by a later value, with round numbers in the sentence.
+REFUSED = [
+    {"m_club": 2e16, "m_ball": 1.0}, {"k": 1e200}, {"gap": 100.0, "club_speed": 1e80},
+    # The compression would be 4e100 m.
+    {"law": 2, "exponent": 3.0, "m_club": 2.0, "m_ball": 2.0, "k": 4.0, "club_speed": 15.0,
+     "ball_speed": -1.0, "reference_compression": 1e200},
+    {"law": 2, "exponent": 2.0, "m_club": 0.2, "m_ball": 0.05, "club_force": 1e10},
+    {"law": 2, "restitution_at_rest": 0.5, "restitution_slope": 0.1, "club_speed": 30.0},
+    {"law": 1, "exponent": 1.5},
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("values", REFUSED, ids=str)
+def test_sentences(fmu_way, way_of, values):
+    for way in (here := way_of("in process"), fmu_way):
+        assert not way.begin(values).step(1.0)
+    assert here.messages
+    # An FMU 3.0 of Python has a few words before some.
+    for sentence, same in zip(here.messages, fmu_way.messages, strict=True):
+        assert same.endswith(sentence)
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="of another C library functions differ")
 @pytest.mark.parametrize("block", some(4, range(40), 40))
 def test_bits(fmu_way, expected, block):
