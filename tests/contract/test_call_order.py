@@ -61,11 +61,11 @@ def played(tmp_path_factory):
     return played
 
 
-@pytest.mark.parametrize("examples", [16, pytest.param(100, marks=pytest.mark.ci)])
+@pytest.mark.parametrize("examples", [10, pytest.param(100, marks=pytest.mark.ci)])
 def test_every_order_of_calls(any_fmu, played, examples):
     """By the same rules: what is refused in one FMU is refused in the others."""
     slow = any_fmu.slave.description.modelName == "Swing"
-    played(any_fmu.slave.unzipDirectory, examples // 3 if slow else examples, 40, 1)
+    played(any_fmu.slave.unzipDirectory, examples // 2 if slow else examples, 40, 1)
 
 
 @pytest.fixture(scope="module", params=RUNS)
