@@ -6,6 +6,7 @@ import warnings
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib import colormaps, rcParams
 
 from golf_impact.quantities import format_unit
 from golf_impact.sweeps import Design
@@ -49,15 +50,21 @@ def draw(design: Design, drawn: np.ndarray, axes: Axes) -> None:
     number = table.shape[1]
     # A name isn't between two others.
     most = number if {*others[:1]} & {*_NAMED} else min(number, _LINES)
-    for n in np.linspace(0, number - 1, most).round().astype(int):
+    places = np.linspace(0, number - 1, most).round().astype(int)
+    # More lines than the style has would look alike.
+    colors = colormaps["viridis"](np.linspace(0.0, 0.9, most))
+    for n, color in zip(places, colors):
         low, middle, high = _percentiles(table[rising, n])
-        label = f"{_words(others[0])} {grid[others[0]][n]}" if others else None
-        (line,) = axes.plot(x, middle, marker="o" if len(x) <= _LINES else "", label=label)
+        label = f"{_words(others[0])} {_value(grid[others[0]][n])}" if others else None
+        marker = "o" if len(x) <= _LINES else ""
+        (line,) = axes.plot(x, middle, marker=marker, label=label)
+        if most > len(rcParams["axes.prop_cycle"]):
+            line.set_color(color)
         if table.shape[-1] > 1:
             axes.fill_between(x, low, high, color=line.get_color(), alpha=0.2)
     if others:
-        axes.legend()
-    fixed = ", ".join(f"{_words(name)} {grid[name][0]}" for name in others[1:])
+        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    fixed = ", ".join(f"{_words(name)} {_value(grid[name][0])}" for name in others[1:])
     title = f"{_words(design.outputs[0])} over {_words(along)}"
     axes.set(title=f"{title} ({fixed})" if fixed else title, xlabel=_label(along), ylabel=output)
     if len(x) > 2 and x.dtype == float and x[0] > 0.0:
@@ -73,6 +80,11 @@ def _percentiles(samples: np.ndarray) -> Any:
         # A point where all is refused stays empty.
         warnings.simplefilter("ignore", RuntimeWarning)
         return np.nanpercentile(samples, (5, 50, 95), axis=-1)
+
+
+def _value(value: Any) -> Any:
+    """A number in four digits; anything else as it is."""
+    return float(f"{value:.4g}") if isinstance(value, float) else value
 
 
 def _words(name: str) -> str:

@@ -60,7 +60,7 @@ def test_version_help_and_list(monkeypatch):
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_option_is_used(name):
-    """By name in the command's function, or by a function that refuses names it doesn't know."""
+    """By name in the command's function, or by a function that rejects unknown names."""
     function = COMMANDS[name]
     tree = ast.parse(inspect.getsource(import_module(function.__module__)))
     (body,) = (node for node in tree.body if getattr(node, "name", "") == function.__name__)

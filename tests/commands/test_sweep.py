@@ -11,11 +11,13 @@ import numpy as np
 import pyarrow.parquet
 import pytest
 from command import golf_here, refused
+from matplotlib.figure import Figure
 
 import golf_impact
 from golf_build import VERSION
 from golf_impact import sweep_cluster, sweep_table
 from golf_impact.ball import BALLS
+from golf_impact.results import plotting
 from golf_impact.sweep_picture import draw
 from golf_impact.sweeps import OUTPUTS, Design, parse_axis, sobol_indices
 
@@ -202,8 +204,6 @@ def test_the_indices_file(tmp_path):
 
 @pytest.fixture
 def axes():
-    from matplotlib.figure import Figure
-
     return Figure().subplots()
 
 
@@ -233,18 +233,21 @@ def test_lines(axes, sets, scale, labels, points):
     assert "ball" in sets or (np.diff(x) > 0.0).all()
 
 
-def test_lines_of_some_values(axes):
-    """Seven of eight values of b; further axes stand at their first value."""
+def test_lines_of_some_values():
+    """Seven of eight values of b, which differ; further axes stand at their first value."""
     sets = {"k": "1e6:3e6:9", "club_speed": "40,30", "b": "7,6,5,4,3,2,1,0", "gap": "uniform:0:1"}
     design = Design(sets, ("max_force",), 3)
     columns = design.columns(0, design.cases)
     force = columns["k"] + columns["b"] + 1e8 * (columns["club_speed"] == 30.0)
     samples = np.tile([-1e3, 0.0, math.nan], len(force) // 3)
-    draw(design, force + samples, axes)
+    with plotting():
+        axes = Figure().subplots()
+        draw(design, force + samples, axes)
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("k (N/m)", "max force (N)")
-    assert "(club speed 40.0)" in axes.get_title()
+    assert "(club speed 40.0)" in axes.get_title("left")
     labels = [f"b {b}.0" for b in (7, 6, 5, 3, 2, 1, 0)]
     assert [line.get_label() for line in axes.lines] == labels
+    assert len({(*line.get_color(), line.get_linestyle()) for line in axes.lines}) == 7
     for line, b in zip(axes.lines, (7, 6, 5, 3, 2, 1, 0)):
         np.testing.assert_allclose(line.get_ydata(), np.linspace(1e6, 3e6, 9) + b - 500.0)
 

@@ -57,7 +57,7 @@ def bits(number):
 
 
 def history(way, number):
-    """What a way answers to the same random calls: bits of outputs after each step, refusals."""
+    """What a way returns for the same random calls: bits of outputs after each step, refusals."""
     rng = random.Random(number)
     values = random_cases.whole(number, pushed=0.3)
     way.begin(values, start=rng.choice([0.0, 0.0, rng.uniform(-5.0, 5.0)]))
@@ -71,7 +71,7 @@ def history(way, number):
             way.restore(saved)
         else:
             found.append(way.step(argument))
-            # Before it, an FMU 3.0 of pythonfmu3 doesn't know the start time.
+            # Before it, pythonfmu3 has not passed on the start time.
             if True in found:
                 found += [bits(x) for x in way.read(REALS).values()]
                 found += way.read(FLAGS).values()
@@ -80,7 +80,7 @@ def history(way, number):
 
 @pytest.fixture(scope="module")
 def expected(way_of):
-    """What the physics in this process answers, by the number."""
+    """What the physics in this process returns, by the number of the case."""
     return cache(lambda number: history(way_of("in process"), number))
 
 

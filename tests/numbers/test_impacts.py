@@ -167,7 +167,7 @@ BEFORE_TOUCH = (
 def test_what_is_read_before_touch(stepped_way):
     """The touch time is the start time until then; the results are those of no impact."""
     way = stepped_way.begin({"gap": 0.0035}, start=5.0)
-    # Before the first step, an FMU 3.0 of pythonfmu3 doesn't know the start time.
+    # Before the first step, pythonfmu3 has not passed on the start time.
     for _ in range(3):
         assert way.step(2e-5)
         found = way.read()
