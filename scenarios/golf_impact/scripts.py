@@ -5,7 +5,6 @@ import inspect
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -54,10 +53,10 @@ def load(path: Path) -> Any:
         UserError: the script can't be loaded, or isn't a scenario.
     """
     module = ModuleType(f"golf_scenario_{path.stem}")
-    loader = SourceFileLoader(module.__name__, str(path))
     module.__file__ = str(path)
     with _located(path):
-        loader.exec_module(module)
+        # As `python FILE` does, without bytecode in the user's folder.
+        exec(compile(path.read_bytes(), path, "exec"), vars(module))
     run: Any = getattr(module, "run", None)
     if not callable(run) or next(iter(inspect.signature(run).parameters), "") != "impact":
         old = " (run(fmu) with a Report: the interface of version 0.1)" if callable(run) else ""

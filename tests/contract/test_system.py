@@ -172,6 +172,7 @@ def test_any_steps_give_the_same_drive(drive, by_our_host, seed):
     assert np.ptp(balance[during]) < 1e-11
 
 
+@pytest.mark.ci
 def test_a_native_impact_gives_the_same_drive(by_our_host, monkeypatch, tmp_path):
     """The start values of the drive are in its library, too: here, by this machine's compiler."""
     monkeypatch.setattr(native, "ziglang", lambda: None)
@@ -195,6 +196,7 @@ def test_a_repeated_step_has_the_impulse_in_which_it_acts(drive, rollback):
 # The files
 
 
+@pytest.mark.ci
 def test_the_system_is_reproducible(files, tmp_path):
     again = build_system(tmp_path)
     assert [a.read_bytes() for a in again.values()] == [b.read_bytes() for b in files]
