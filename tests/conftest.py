@@ -60,7 +60,7 @@ def build_plain_fmu(script, folder):
 # --hypothesis-profile=nightly.
 _slow_is_fine = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}
 _same = {"derandomize": True, "database": None}
-settings.register_profile("few", max_examples=40, **_same, **_slow_is_fine)
+settings.register_profile("few", max_examples=30, **_same, **_slow_is_fine)
 settings.register_profile("ci", max_examples=100, **_same, **_slow_is_fine)
 settings.register_profile("nightly", max_examples=10_000, print_blob=True, **_slow_is_fine)
 

@@ -240,7 +240,7 @@ CURVES = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("case", some(11, CURVES))
+@pytest.mark.parametrize("case", some(8, CURVES))
 def test_laws_and_flaws_of_a_record(case):
     """They are reported, and the ball is found all the same, of many rows by a spline of forces."""
     given, how, words = case
@@ -264,12 +264,12 @@ def test_a_pushed_contact():
     assert np.abs(found.residuals["curve"] * found.sigma["curve"])[5:].max() < 1e-6 * curve[1].max()
 
 
-@pytest.mark.parametrize("flaw", some(1, [{"baseline": (50.0, 200.0)}, {}, {"step": 200.0}]))
-@pytest.mark.parametrize("records", some(1, [6, 40]))
-def test_95_percent_of_intervals_contain_the_truth(flaw, records):
-    """Of 18 or 120 intervals; measured: 95 to 100 %, also of records in coarse steps."""
+@pytest.mark.ci
+@pytest.mark.parametrize("flaw", [{"baseline": (50.0, 200.0)}, {}, {"step": 200.0}], ids=str)
+def test_95_percent_of_intervals_contain_the_truth(flaw):
+    """Of 120 intervals; measured: 95 to 100 %, also of records in coarse steps."""
     held = []
-    for seed in range(records):
+    for seed in range(40):
         found = fitted(record(200, seed=seed, **flaw), **FREE)
         ends = {name: one.interval for name, one in found.parameters.items()}
         held += [low <= BALL[name] <= high for name, (low, high) in ends.items()]
@@ -286,7 +286,7 @@ def test_the_error_of_a_baseline_is_one_of_the_parameters():
 
 def test_curves_of_different_noise():
     """Each has the weight of its own residuals: the fit is that with their σ given."""
-    given, rows = {"m_club": 0.2, "exponent": "free", "baseline": "zero"}, []
+    given, rows = {"m_club": 0.2, "exponent": 1.6, "baseline": "zero"}, []
     for speed, noise in ((30.0, 20.0), (50.0, 400.0)):
         columns = zip(("time", "force"), record(50, noise, club_speed=speed, seed=int(speed)))
         rows.append({**dict(columns), "club_speed": speed})
@@ -360,7 +360,7 @@ def test_all_together():
     assert [text.get_text() for text in targets.get_yticklabels()] == ["max force (N)"]
 
 
-@pytest.mark.parametrize("sigma", [(), (np.full(200, 40.0),)], ids=["estimated", "stated"])
+@pytest.mark.parametrize("sigma", some(1, {"stated": (np.full(200, 40.0),), "estimated": ()}))
 def test_the_wrong_law_is_noticed(sigma):
     wrong, right = (" ".join(calibrate((*record(200), *sigma), **at).words) for at in (AT, FREE))
     assert "are correlated" in wrong
@@ -396,7 +396,7 @@ def test_several_curves(tmp_path, second):
     """A stiffness for each shows whether one holds, also at one speed; files as mappings."""
     (k, speed), curves = second, []
     for n, values in enumerate(({"club_speed": 30.0}, {"club_speed": speed, "k": k})):
-        columns = dict(zip(("time", "force"), record(150, seed=n, **values)))
+        columns = dict(zip(("time", "force"), record(80, seed=n, **values)))
         rows = [f"{t!r},{f!r}" for t, f in zip(*map(np.ndarray.tolist, columns.values()))]
         (tmp_path / f"{n}.csv").write_text("\n".join(["time,force", *rows]))
         curves.append({**columns, **AT, "club_speed": values["club_speed"]})

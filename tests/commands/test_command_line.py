@@ -471,7 +471,7 @@ posix = pytest.mark.skipif(sys.platform == "win32", reason="POSIX's signals")
 
 
 @posix
-@pytest.mark.parametrize("times", [3, pytest.param(200, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("times", [2, pytest.param(200, marks=pytest.mark.nightly)])
 def test_a_run_stopped_at_any_moment(tmp_path, times):
     """Each of its files is whole, of this run or of an earlier one."""
     rng, codes = random.Random(1), []

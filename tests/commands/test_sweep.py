@@ -290,6 +290,7 @@ def address():
         yield cluster.scheduler_address
 
 
+@pytest.mark.ci
 def test_a_table_of_parts(address, tmp_path, monkeypatch):
     path = tmp_path / "x.parquet"
     for block in (100_000, 300):  # the second one replaces the first
@@ -309,6 +310,7 @@ def test_a_table_of_parts(address, tmp_path, monkeypatch):
         assert f"Refused: {expected.refused.sum()} of them; {first}" in done.stdout
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize(
     ("scheduler", "out", "changed", "words"),
     [

@@ -24,7 +24,7 @@ from conftest import HERE
 # ones. The last number makes each run another one to pytest.
 LONG, SHORT = 60, 20
 RUNS = [
-    pytest.param((20, LONG, 1, 0), id="few"),
+    pytest.param((12, LONG, 1, 0), id="few"),
     pytest.param((100, LONG, 1, 0), id="ci", marks=pytest.mark.ci),
 ]
 for n in range(334):

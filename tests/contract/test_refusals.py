@@ -363,7 +363,7 @@ def test_a_hosts_own_handler_stays(fmu_path):
 
 
 @pytest.mark.parametrize("name", ["ClubBallImpact", "Swing"])
-@pytest.mark.parametrize("times", repeated(20, 60, 300))
+@pytest.mark.parametrize("times", repeated(10, 60, 300))
 def test_ctrl_c_is_a_keyboard_interrupt(fmu_path, system_files, name, times):
     file = fmu_path if name == "ClubBallImpact" else system_files()[0]
     done = run_python(_INSTANCE + _INTERRUPTED, file, HERE, times)

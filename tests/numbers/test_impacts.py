@@ -68,7 +68,7 @@ def test_cases_by_any_steps(stepped_way, name):
         assert_close({"impulse": missing}, {"impulse": 0.0}, scales, **where)
 
 
-@pytest.mark.parametrize("number", numbers(20, 100, 1000))
+@pytest.mark.parametrize("number", numbers(12, 100, 1000))
 @pytest.mark.parametrize("kind", [random_cases.golf, random_cases.far, random_cases.special])
 def test_random_cases(way_of, kind, number):
     """In this process: FMUs have its bits."""
@@ -97,7 +97,7 @@ def test_cases_by_whole_impacts(whole_way):
 @pytest.fixture(scope="module")
 def random_impacts(way_of):
     """Values, and what Python finds of them, alone."""
-    cases = [random_cases.whole(number) for number in range(1000)]
+    cases = [random_cases.whole(number) for number in range(400)]
     return cases, way_of("alone").outputs(cases)
 
 
@@ -107,7 +107,7 @@ def test_random_cases_by_whole_impacts(way_of, random_impacts, name):
     cases, exact = random_impacts
     found = way_of(name).outputs(cases)
     assert_same_results(found, exact, cases)
-    assert 60 < sum(isinstance(one, str) for one in found) < 300
+    assert 24 < sum(isinstance(one, str) for one in found) < 120
 
 
 # Numbers that a calculation by hand gives, of round ones: masses of 0.2 and 0.05 kg (μ = 0.04 kg),
