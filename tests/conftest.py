@@ -21,6 +21,9 @@ pytest_plugins = ["companions", "programs", "ways"]
 
 HERE = Path(__file__).resolve().parent
 
+# CI services set it; tests compare what commands print, which then has colours.
+os.environ.pop("FORCE_COLOR", None)
+
 #: s; with the defaults.
 LAW_2_CONTACT = 6.010445569987614e-4
 
