@@ -27,6 +27,7 @@ TABLES = {
     "spaces": ("0 1\n1 2\n", "", [[0, 1], [1, 2]]),
     "quoted": ('"time","force"\n"0","1" # first\n"1","2"\n', "", [[0, 1], [1, 2]]),
     "comment": ("# time,force\n# May,1\n0,1\n1,2\n", "", [[0, 1], [1, 2]]),
+    "rate": ("Hz,1e6\n0,1\n1,2\n", "1 [ms],2", [[0, 1e-3], [1, 2]]),
     "order": ("scope\nforce,time\n1,0\n2,1\n", "", [[0, 1], [1, 2]]),
     "empty": ("time,force\n", "", [[], []]),
     "sigma": ("time,force,sigma\n0,1,5\n1,2,5\n", "", [[0, 1], [1, 2], [5, 5]]),

@@ -53,6 +53,15 @@ def test_what_is_tried():
     ratios = [c.values["b"] / random_impacts.critical_damping(c.values) for c in drawn]
     assert min(ratios) == 0.0
     assert max(ratios) > 1e3
+    pushes = [
+        abs(segment.club_force)
+        / (0.5 * case.closing * random_impacts.critical_damping(case.values))
+        for case in drawn
+        for segment in case.segments
+        if segment.club_force
+    ]
+    assert min(pushes) < 1e-3
+    assert 1.5 < max(pushes) < 2.0
 
 
 def test_a_seed_repeats_impacts():

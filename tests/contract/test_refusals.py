@@ -93,6 +93,18 @@ def test_values(any_fmu):
             check_recovery(way, name, good, undisturbed)
 
 
+def test_the_last_illegal_calls_are_named(any_fmu):
+    """No more than eight; they cost one step."""
+    way = any_fmu.begin()
+    read = getattr(way.slave, f"get{way.slave.real}")
+    for _ in range(10):
+        with suppress(FMICallException):
+            read([999])
+    assert not way.step(1e-4)
+    assert way.messages[-1].count("a value reference that no Real variable has") == 8
+    assert way.step(1e-4)
+
+
 def test_parameters_that_are_set_after_initialization(any_fmu):
     """Fixed; an equal value changes nothing."""
     way = any_fmu

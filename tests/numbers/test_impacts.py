@@ -174,5 +174,9 @@ def test_what_is_read_before_touch(stepped_way):
         assert found["touch_time"] == 5.0
         assert (found["energy_efficiency"], found["club_velocity"]) == (1.0, 35.0)
         assert not any(found[name] for name in BEFORE_TOUCH)
+    # A state that is restored goes on at any time.
+    way.restore(way.save())
+    assert way.step(1e-5, point=9.0)
+    assert way["touch_time"] == 5.0
     assert way.step(1.0)
-    assert way["touch_time"] == pytest.approx(5.0001, rel=1e-15)
+    assert way["touch_time"] == pytest.approx(9.00004, rel=1e-15)

@@ -122,6 +122,10 @@ def test_fields_take_units_and_refusals_are_announced(tab):
     assert (tab.value("club_speed"), tab.value("club_speed_slider")) == ("111.847", "112")
     assert tab.type("club_speed", "110").text("club_speed_idle") == ""
     assert tab.get("club_speed_slider").get_attribute("aria-valuetext") == "110 mph"
+    # What is being typed stays.
+    tab.open("#law=2").get("club_speed").send_keys(Keys.END, ".50")
+    check(tab.slide("k", 900), law=2, k=9e5)
+    assert tab.value("club_speed") == "35.50"
 
 
 def test_sliders_undo_and_levels(tab):
@@ -178,6 +182,10 @@ def test_cursor_animation_pins_and_downloads(tab, tmp_path):
     tab.press("⏸ Pause").select("over", "k")
     words = "here S 1.5842, COR 0.9307"
     tab.until(lambda: words in tab.get("#sweep_figure svg").get_attribute("aria-label"))
+    # Lines are as wide as the grid.
+    ends = "(({left, right}) => [left, right])(x.getBoundingClientRect())"
+    (grid,), lines = (tab.each(f"#sweep_figure path.{kind}", ends) for kind in ("axis", "line"))
+    assert lines == [grid, grid]
     for n in range(8):
         tab.slide("b", 5 * n).press("Pin")
     assert not tab.get("pin").is_enabled()
