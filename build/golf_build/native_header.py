@@ -149,9 +149,9 @@ def _sentences() -> Iterator[tuple[str, object]]:
     yield "STEP_BEFORE_START", modes.STEP_BEFORE_START
     yield "STEP_AFTER_END", modes.STEP_AFTER_END
     yield "NOT_SETTABLE", modes.NOT_SETTABLE
+    yield "NOT_READABLE", modes.NOT_READABLE
     yield "NO_VARIABLE", modes.NO_VARIABLE
     yield "SET_AFTER_END", modes.SET_AFTER_END
-    yield "UNKNOWN", modes.UNKNOWN
     yield "FOREIGN_STATE", component.FOREIGN_STATE
     yield "UNTIL_CORRECTED", modes.UNTIL_CORRECTED
     yield "NO_EVENT", hybrid.NO_EVENT

@@ -32,10 +32,10 @@ START_TIME = "it must be a finite number"
 ENTERED_TWICE = "a second initialization is refused: reset the instance first"
 NOT_ENTERED = "the end of an initialization that wasn't entered is refused"
 NOT_SETTABLE = "{} is no {} input or parameter: it can't be set"
+NOT_READABLE = "{} is no {} variable: it can't be read as one"
 NO_VARIABLE = "value reference {}"
 SET_AFTER_END = "{} can't be set after the end of the run"
 FIXED = "a parameter is fixed once initialization has ended (at {!r})"
-UNKNOWN = "a value reference that no {} variable has is refused"
 STEP_SIZE = "it must be > 0 and finite"
 STEP_AFTER_END = "a step after the end of the run is refused: reset the instance first"
 STEP_BEFORE_START = "a step before the end of initialization is refused"
@@ -122,9 +122,7 @@ class FmiComponent:
         """The input or parameter that may be set to this value; None: it is refused."""
         row = self._rows.get((type_, reference))
         if row is None or row.causality not in ("input", "parameter"):
-            names = (row.name for row in self._rows.values() if row.reference == reference)
-            what = next(names, NO_VARIABLE.format(reference))
-            self._refuse_call(NOT_SETTABLE.format(what, type_))
+            self._refuse_call(NOT_SETTABLE.format(self._name_of(reference), type_))
         elif self._mode == TERMINATED:
             self._refuse_call(SET_AFTER_END.format(row.name), row.name, value)
         elif not row.low <= value <= row.high:
@@ -148,9 +146,13 @@ class FmiComponent:
         """Of an input or parameter."""
         raise NotImplementedError
 
-    def unknown(self, type_: str) -> float:
+    def _name_of(self, reference: int) -> str:
+        names = (row.name for row in self._rows.values() if row.reference == reference)
+        return next(names, NO_VARIABLE.format(reference))
+
+    def unknown(self, reference: int, type_: str) -> float:
         """For a value reference that no variable of this type has."""
-        self._refuse_call(UNKNOWN.format(type_))
+        self._refuse_call(NOT_READABLE.format(self._name_of(reference), type_))
         return nan if type_ == "Real" else 0
 
     def _refuse(self, refusal: Refusal) -> None:

@@ -148,7 +148,7 @@ static int component_get(Component *c, uint32_t reference, Type type, double *va
     int place = place_of(reference);
     *value = type == REAL ? NAN : 0.0;
     if (place < 0 || TABLE[place].type != type) {
-        refuse_call(c, (Refusal){UNKNOWN, 0, type, {0.0}, FINE});
+        refuse_call(c, (Refusal){NOT_READABLE, 0, type, {reference}, FINE});
         return 0;
     }
     switch (reference) {

@@ -285,11 +285,11 @@ static void put_reason(Text *t, const Refusal *r)
         break;
     case SET_AFTER_END: words[0] = TABLE[r->place].name; break;
     case NOT_SETTABLE:
+    case NOT_READABLE:
         name_of(&of, r->numbers[0]);
         words[0] = name;
         words[1] = TYPES[r->type];
         break;
-    case UNKNOWN: words[0] = TYPES[r->type]; break;
     default: break;
     }
     put_sentence(t, sentence, words);

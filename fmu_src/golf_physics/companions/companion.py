@@ -1,7 +1,6 @@
 """What the companions share: variables made from tables, and state."""
 
 from collections.abc import Callable, Iterable
-from math import nan
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from .. import codec
@@ -68,9 +67,8 @@ class Companion(FmiComponent):
 
     def discretes(self, references: list[int], type_: str) -> list[Any]:
         """Values of variables of this type."""
-        rows = [self._rows.get((type_, reference)) for reference in references]
-        unknown = self.unknown(type_) if None in rows else nan
-        return [self._value(row) if row else unknown for row in rows]
+        rows = [(n, self._rows.get((type_, n))) for n in references]
+        return [self._value(row) if row else self.unknown(n, type_) for n, row in rows]
 
     def reals(self, references: list[int]) -> list[float]:
         """Values of Real variables."""
