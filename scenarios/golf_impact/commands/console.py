@@ -44,22 +44,14 @@ def print_list(rows: Iterable[tuple[str, str]]) -> None:
 
 
 @contextmanager
-def progress() -> Iterator[Callable[[str, int], Callable[..., None]]]:
-    """Progress bars on stderr, if that is a terminal; yields a function from name and total.
+def progress(name: str, total: int) -> Iterator[Callable[..., None]]:
+    """A progress bar on stderr, if that is a terminal; yields a function that moves it to a number.
 
-    It returns one that advances the bar by one or to a number, and may rename it.
+    Its second argument, if there is one, is a new name.
     """
     from rich.progress import MofNCompleteColumn, Progress
 
     columns = (*Progress.get_default_columns(), MofNCompleteColumn())
     with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as bars:
-
-        def bar(name: str, total: int) -> Callable[..., None]:
-            task = bars.add_task(name, total=total)
-
-            def advance(to: int | None = None, name: str | None = None) -> None:
-                bars.update(task, advance=1 if to is None else 0, completed=to, description=name)
-
-            return advance
-
-        yield bar
+        task = bars.add_task(name, total=total)
+        yield lambda to, name=None: bars.update(task, completed=to, description=name)

@@ -67,8 +67,7 @@ def run(
     for file in ("custom_results.json", "custom_report.html") if own else ():
         files.check((folder or RESULTS) / file)
     results: dict[str, Result] = {}
-    with Impact(fmu) as impact, progress() as begin:
-        advance = begin("running", len(paths) + own)
+    with Impact(fmu) as impact, progress("running", len(paths) + own) as advance:
         for n, path in enumerate(paths):
             advance(n, f"running {path.stem}")
             try:

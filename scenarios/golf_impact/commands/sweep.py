@@ -86,8 +86,8 @@ def sweep(
             from golf_impact.fmu import Impact
 
             impact = stack.enter_context(Impact(fmu))
-        begin = stack.enter_context(progress())
-        start, move = time.perf_counter(), begin("sweep", design.cases)
+        move = stack.enter_context(progress("sweep", design.cases))
+        start = time.perf_counter()
         if scheduler is None:
             summary = write_table(out, design, range(design.cases), impact, move)
         else:
