@@ -8,7 +8,7 @@ from typing import Annotated
 from typer import Option
 
 from golf_impact.commands.console import RESULTS, say, warn
-from golf_impact.units import remarks
+from golf_impact.commands.options import case_of
 
 EPILOG = (
     "Examples: golf-impact explore --ball roh-lee --set club_speed=50 · "
@@ -32,16 +32,12 @@ def explore(
     """
     import golf_impact
     from golf_impact.ball import BALLS
-    from golf_impact.ball import ball as named_ball
-    from golf_impact.commands.options import take_conditions, values_of
     from golf_impact.explore.page import write_page
 
-    given, chosen = values_of(set_ or []), [named_ball(ball)] if ball else []
-    values = {**(chosen[0].values if chosen else {}), **take_conditions(chosen, given), **given}
+    values, chosen = case_of(set_ or [], [ball] if ball else ())
+    values = {**(chosen[0].values if chosen else {}), **values}
     # Refused here, rather than on the page.
     golf_impact.run_impact(**values)
-    for words in remarks(given):
-        warn(words, style="yellow")
     own = next((one for one in chosen if one.name not in BALLS), None)
     # Not in a temporary folder: browsers in a sandbox can't read those.
     page = write_page(export or RESULTS / "explore.html", values, own).resolve()

@@ -1,7 +1,7 @@
-"""Options that several commands have: --set, --ball, --fmu."""
+"""Options that several commands have: --set, --ball."""
 
-from collections.abc import Container, Iterable, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Container, Iterable
+from typing import TYPE_CHECKING, Any
 
 from golf_impact.commands.console import say, warn
 from golf_impact.errors import UserError
@@ -12,20 +12,22 @@ if TYPE_CHECKING:
     from golf_impact.ball import Ball
 
 
-def values_of(pairs: Sequence[str]) -> dict[str, float]:
-    """Numbers (SI) by name of options --set NAME=VALUE.
+def case_of(pairs: Iterable[str], names: Iterable[str]) -> tuple[dict[str, Any], "list[Ball]"]:
+    """Numbers (SI) by name, of options --set and of the conditions of balls; and these balls."""
+    from golf_impact.ball import ball
 
-    Raises:
-        UserError: an option has another form, or a name is given twice.
-    """
-    values = {}
+    values: dict[str, Any] = {}
     for name, text in pairs_of(pairs, "NAME=VALUE, e.g. --set k=8e5").items():
         try:
             values[name] = si_value(text, unit_of(name))
         except ValueError as error:
             why = LAWS_IN_WORDS if name == "law" else error
             raise UserError(f"--set {name}={text} is refused: {why}") from None
-    return values
+    balls = [ball(name) for name in dict.fromkeys(names)]
+    values = {**take_conditions(balls, values), **values}
+    for words in remarks(values):
+        warn(words, style="yellow")
+    return values, balls
 
 
 def pairs_of(pairs: Iterable[str], form: str, option: str = "--set") -> dict[str, str]:

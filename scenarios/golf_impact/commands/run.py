@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from typer import Argument, Option
 
 from golf_impact.commands.console import RESULTS, err, out, print_table, progress, say, warn
-from golf_impact.commands.options import take_conditions, values_of
+from golf_impact.commands.options import case_of
 from golf_impact.errors import MissingFileError, UserError
 
 if TYPE_CHECKING:
@@ -45,16 +45,12 @@ def run(
     NAME is a scenario or a script of your own. All scenarios, the default, print a line each; with
     NAME, --set or --ball tables and claims are printed. Exit code 1: a claim doesn't hold.
     """
-    from golf_impact import ball, files, scripts, units
+    from golf_impact import ball, files, scripts
     from golf_impact.fmu import Impact
     from golf_impact.results import write_results
 
-    values = values_of(set_ or [])
-    own_balls = [ball.ball(name) for name in dict.fromkeys(balls or ())]
+    values, own_balls = case_of(set_ or [], balls or ())
     own = bool(values or own_balls)
-    values = {**take_conditions(own_balls, values), **values}
-    for words in units.remarks(values):
-        warn(words, style="yellow")
     if names and own:
         say(f"--set and --ball define a case of your own; they don't change {', '.join(names)}.")
     chosen = names or ([] if own else scripts.SCENARIOS)
