@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from golf_build.packaging import render
 from golf_impact import document
 from golf_impact.files import as_json, write
 from golf_impact.quantities import QUANTITIES, describe
@@ -69,12 +70,13 @@ def write_results(
 
     Returns the path of the report. UserError: a file can't be written.
     """
-    images: dict[str, dict[str, bytes]] = {}
+    images: dict[str, dict[str, str]] = {}
     for name, result in results.items():
         images[name] = {}
         for title, figure in result.figures.items() if figures else ():
-            images[name][title] = png(figure)
-            write(folder / f"{prefix}{title}.png", images[name][title])
+            image = png(figure)
+            images[name][title] = base64.b64encode(image).decode()
+            write(folder / f"{prefix}{title}.png", image)
         for title, rows in result.trajectories.items():
             write(folder / f"{prefix}{title}.csv", _csv(rows))
     cases = {name: result.cases for name, result in results.items()}
@@ -98,25 +100,17 @@ def _csv(rows: Any) -> str:
 
 
 def _report(
-    results: Mapping[str, Result], images: Mapping[str, Mapping[str, bytes]], source: str
-) -> str:
-    import jinja2
-
-    here = Path(__file__)
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(here.parent),
-        autoescape=True,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["base64"] = lambda data: base64.b64encode(data).decode()
+    results: Mapping[str, Result], images: Mapping[str, Mapping[str, str]], source: str
+) -> bytes:
+    """The report; images are in base64."""
     first = next(iter(results.values()))
     large = {
         case: [(QUANTITIES[name].name, _large(name, values[name])) for name in _LARGE]
         for case, values in first.cases.items()
         if {*_LARGE} <= values.keys()
     }
-    return environment.get_template("report.html.jinja").render(
+    return render(
+        Path(__file__).with_name("report.html.jinja"),
         results=results,
         images=images,
         source=source,

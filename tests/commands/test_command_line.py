@@ -487,7 +487,7 @@ def test_a_run_stopped_at_any_moment(tmp_path, times):
         assert process.returncode in (130, 0), errors
         assert (STOPPED in errors) == (process.returncode == 130), errors
         assert "Traceback" not in errors
-        ends = {".html": b"</html>", ".png": b"IEND\xaeB`\x82", ".csv": b"\n", ".json": b"}\n"}
+        ends = {".html": b"</html>\n", ".png": b"IEND\xaeB`\x82", ".csv": b"\n", ".json": b"}\n"}
         for file in tmp_path.iterdir():
             assert file.read_bytes().endswith(ends[file.suffix])
     assert 130 in codes
