@@ -3,13 +3,16 @@
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from golf_build import BY_NAME, LAWS
+from golf_build import BY_NAME
 from golf_impact.files import read_toml
 
 #: The allowed values of `law`.
-LAWS_IN_WORDS = f"law is {' or '.join(f'{number} ({name})' for number, (name, _) in LAWS.items())}"
+LAWS_IN_WORDS = f"law is {BY_NAME['law'].allowed}"
+
+#: The start values of inputs and parameters by name (SI units).
+START = {row.name: float(row.start) for row in BY_NAME.values() if row.start is not None}
 
 
 class NoValue(float):
@@ -25,9 +28,6 @@ class NoValue(float):
         self.reason = reason
         return self
 
-
-#: What `describe` names.
-_DESCRIBED = ("law", "k", "b", "exponent", "restitution_at_rest", "restitution_slope")
 
 #: Outputs that have no value before the bodies separate, and those that have none before touch.
 _RESULTS = (
@@ -98,8 +98,8 @@ def derived(
     """
     if not results:
         return {}
+    given = {**START, **values}
     names = "m_club", "m_ball", "club_speed", "ball_speed", "ball_diameter"
-    given: dict[str, Any] = {**{name: BY_NAME[name].start for name in names}, **values}
     m_club, m_ball, u_club, u_ball, diameter = (float(given[name]) for name in names)
     before = 0.0 if error else 1.0
     return {
@@ -141,7 +141,7 @@ def format_with_error(value: float, error: float | None) -> str:
 
 def describe(values: Mapping[str, float]) -> str:
     """Law, stiffness and damping of a case in words: every table names them."""
-    given: dict[str, Any] = {**{name: BY_NAME[name].start for name in _DESCRIBED}, **values}
+    given = {**START, **values}
     words = [f"law {given['law']:g}", f"k = {given['k'] / 1e6:.4g} MN/m"]
     if given["exponent"] != 1.0:
         words.append(f"n = {given['exponent']:g}")

@@ -13,6 +13,7 @@ from golf_impact.arrays.absolute import ABSOLUTE
 from golf_impact.arrays.contacts import Contacts
 from golf_impact.arrays.relative import POWER_LAW, RELATIVE
 from golf_impact.errors import UserError
+from golf_impact.quantities import START
 from golf_impact.runs import ImpactRuns
 
 #: Cases at a time, so that arrays stay in a processor's cache.
@@ -34,9 +35,7 @@ MOMENTARY = frozenset(row.name for row in VARIABLES if row.momentary)
 #: Inputs and parameters by name (SI units): numbers, or arrays of shape (cases,).
 Columns = Mapping[str, Any]
 
-DEFAULTS: dict[str, Any] = {
-    row.name: np.float64(row.start) for row in VARIABLES if row.causality in ("input", "parameter")
-}
+DEFAULTS: dict[str, Any] = {name: np.float64(value) for name, value in START.items()}
 
 
 class ScalarImpacts(ImpactRuns, Instance):

@@ -47,6 +47,7 @@ def run(
     """
     from golf_impact import ball, files, scripts
     from golf_impact.fmu import Impact
+    from golf_impact.quantities import START
     from golf_impact.results import write_results
 
     values, own_balls = case_of(set_ or [], balls or ())
@@ -70,7 +71,7 @@ def run(
                 results[path.stem] = scripts.run_script(path, impact)
             except MissingFileError as error:
                 warn(f"{path.stem} is left out: {error}.")
-        speed = values.get("club_speed", 35.0) - values.get("ball_speed", 0.0)
+        speed = values.get("club_speed", START["club_speed"]) - values.get("ball_speed", 0.0)
         for words in ball.range_remarks(own_balls, speed):
             warn(words, style="yellow")
         try:

@@ -18,6 +18,7 @@ from golf_impact.files import read_toml, write
 from golf_impact.measured import ROH_LEE_FIGURES
 from golf_impact.quantities import (
     QUANTITIES,
+    START,
     Quantity,
     format_shortest,
     format_unit,
@@ -30,8 +31,6 @@ from golf_impact.units import REMARKABLE, SYMBOLS, symbol_of
 _HERE = Path(__file__).parent
 _DATA = read_toml(_HERE / "page.toml")
 _UNITS = QUANTITIES | {name: Quantity(*row) for name, row in _DATA["units"].items()}
-_INPUTS = {row.name: row for row in BY_NAME.values() if row.start is not None}
-_START = {name: float(row.start or 0.0) for name, row in _INPUTS.items()}
 
 #: The variables that define a ball, if its file doesn't have more.
 _CONTACT = (
@@ -72,7 +71,7 @@ def page(values: Mapping[str, float], own: Ball | None = None) -> str:
         # Nothing in a script element may end it.
         data=json.dumps(facts, allow_nan=False, ensure_ascii=False).replace("<", "\\u003c"),
         tasks=[_task(**row) for row in _DATA["tasks"]],
-        start=_in_words(_START | _DATA["opening"]["simple"]),
+        start=_in_words(START | _DATA["opening"]["simple"]),
         generator=GENERATOR,
         notices=_read("physics.txt"),
         style=_read("page.css"),
@@ -91,8 +90,8 @@ def _facts(values: Mapping[str, float], own: Ball | None) -> dict[str, Any]:
     return {
         "version": VERSION,
         "inputs": {
-            name: {"reference": row.reference, "start": _START[name]}
-            for name, row in _INPUTS.items()
+            name: {"reference": BY_NAME[name].reference, "start": value}
+            for name, value in START.items()
         },
         "outputs": {row.name: row.reference for row in BY_NAME.values() if row.start is None},
         "metrics": METRICS,
@@ -117,7 +116,7 @@ def _facts(values: Mapping[str, float], own: Ball | None) -> dict[str, Any]:
         "balls": [_ball(one) for one in balls.values()],
         "examples": [_example(**row) for row in _DATA["examples"]],
         "opening": {level: _case(**row) for level, row in _DATA["opening"].items()},
-        "case": {**_START, **values} if values else None,
+        "case": {**START, **values} if values else None,
         **{name: _DATA[name] for name in ("sweeps", "equations", "simple")},
     }
 
@@ -130,12 +129,12 @@ def _quantity(name: str, **row: Any) -> dict[str, Any]:
 
 def _ball(ball: Ball) -> dict[str, Any]:
     shown = {key: vars(ball)[key] for key in ("name", "title", "source", "speeds", "limits")}
-    return {**shown, "values": {**{name: _START[name] for name in _CONTACT}, **ball.values}}
+    return {**shown, "values": {**{name: START[name] for name in _CONTACT}, **ball.values}}
 
 
 def _case(ball: str = "", **values: float) -> dict[str, float]:
     """All inputs and parameters of a case of page.toml."""
-    return {**_START, **(BALLS[ball].values if ball else {}), **values}
+    return {**START, **(BALLS[ball].values if ball else {}), **values}
 
 
 def _example(
