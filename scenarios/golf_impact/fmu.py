@@ -33,12 +33,8 @@ Entered = TypeVar("Entered", bound="Fmu")
 #: build/ in a checkout; has no build_fmu.py where golf_build is installed.
 _CHECKOUT = packaging.HERE.parent
 
-#: fmpy's setter and the type that it needs, by type of the variable.
-_SETTERS: dict[str, tuple[str, type]] = {
-    "Real": ("setReal", float),
-    "Integer": ("setInteger", int),
-    "Boolean": ("setBoolean", bool),
-}
+#: What fmpy's setter needs, by type of the variable.
+_KINDS: dict[str, type] = {"Real": float, "Integer": int, "Boolean": bool}
 
 
 def builder_of(name: str = "ClubBallImpact", fmi: int = 2) -> packaging.Builder:
@@ -262,9 +258,10 @@ class Fmu:
         self.instance.setupExperiment()
         self.instance.enterInitializationMode()
         for name, value in values.items():
-            setter, kind = _SETTERS[self.variables[name].type]
+            kind = self.variables[name].type
             with self._refusals(name, value):
-                getattr(self.instance, setter)([self.references[name]], [kind(value)])
+                setter = getattr(self.instance, f"set{kind}")
+                setter([self.references[name]], [_KINDS[kind](value)])
         with self._refusals():
             self.instance.exitInitializationMode()
 

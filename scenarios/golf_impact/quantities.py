@@ -111,11 +111,6 @@ def derived(
     }
 
 
-def format_value(metric: str, value: float) -> str:
-    """A metric's value (SI) in the unit of its label."""
-    return QUANTITIES.get(metric, Quantity(metric)).format_value(value)
-
-
 def format_percent(share: float, decimals: int = 2) -> str:
     """A relative deviation in %, with its sign; +0.00 where it vanishes."""
     return f"{round(share * 100.0, decimals) + 0.0:+.{decimals}f}"

@@ -16,7 +16,7 @@ from tab import Tab, chrome
 import golf_impact
 from golf_impact.ball import BALLS
 from golf_impact.explore.page import write_page
-from golf_impact.quantities import format_value
+from golf_impact.quantities import QUANTITIES
 
 AXE, SHA512 = "axe-core@4.14.1", (
     "1477dafa598d8d065f273d6af302aa203c02e83131707b7fa648cd41bd3d6b73"
@@ -58,7 +58,7 @@ def check(tab, **values):
     for name in found.keys() & expected.keys():
         assert found[name][1] == pytest.approx(expected[name], rel=1e-12, abs=1e-12), name
         if name != "max_compression":
-            assert found[name][0] == format_value(name, expected[name]).replace("-", "−"), name
+            assert found[name][0] == QUANTITIES[name].format_value(expected[name]).replace("-", "−")
     assert len(found.keys() & expected.keys()) == 9
 
 

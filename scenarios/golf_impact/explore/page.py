@@ -22,7 +22,6 @@ from golf_impact.quantities import (
     Quantity,
     format_shortest,
     format_unit,
-    format_value,
     undefined_results,
 )
 from golf_impact.runs import METRICS, PATH
@@ -141,7 +140,7 @@ def _example(
     name: str, hint: str, case: str = "", ball: str = "", values: Any = (), beside: Any = None
 ) -> dict[str, Any]:
     """A case with a button, with what is published of it: texts by metric, in its unit."""
-    published = {metric: format_value(metric, x) for metric, x in ROH_LEE_FIGURES.items()}
+    published = {metric: _UNITS[metric].format_value(x) for metric, x in ROH_LEE_FIGURES.items()}
     if not ball:
         printed = document.CASES[case].printed if case else {}
         published = {metric: one.text for metric, one in printed.items()}
@@ -160,7 +159,10 @@ def _task(cases: Mapping[str, Any], results: list[str], **row: Any) -> dict[str,
     start = _DATA["opening"]["simple"]
     found = [golf_impact.run_impact(**(start | values)) for values in cases.values()]
     rows = [
-        {"label": _UNITS[name].label, "answers": [format_value(name, one[name]) for one in found]}
+        {
+            "label": (one := _UNITS[name]).label,
+            "answers": [one.format_value(x[name]) for x in found],
+        }
         for name in results
     ]
     texts = {name: format_shortest(x) for name, x in start.items()}
