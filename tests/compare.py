@@ -5,7 +5,22 @@ import math
 import pytest
 
 from golf_impact.arrays.impacts import DEFAULTS
-from golf_impact.scales import TOLERANCE, Scales, contact_scales
+from golf_impact.scales import TOLERANCE, Scales, reduced_mass
+
+
+def contact_scales(values, outputs):
+    """The scales of an impact in one step of at least 1 s.
+
+    `values` are all inputs and parameters, `outputs` those at the end: max_force, max_compression,
+    impulse and contact_time, which is NaN if the bodies haven't separated.
+    """
+    mu, n = reduced_mass(values), values["exponent"]
+    closing, time = values["club_speed"] - values["ball_speed"], outputs["contact_time"]
+    approach = values["gap"] / closing if closing > 0.0 else 0.0
+    stiffer = n * (outputs["max_compression"] / values["reference_compression"]) ** (n - 1.0)
+    fastest = max(math.sqrt(values["k"] * max(1.0, stiffer) / mu), values["b"] / mu)
+    largest = {**outputs, "contact_time": 1.0 if math.isnan(time) else time}
+    return Scales(values, largest, approach, approach + 1.0, fastest)
 
 
 def assert_within(error, tolerance=TOLERANCE, name="", **where):

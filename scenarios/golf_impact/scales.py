@@ -1,6 +1,5 @@
 """Scales of errors by output: the tolerance table, in one place."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -84,18 +83,3 @@ class Scales:
             # The effect of an error in velocity on a position grows with time.
             growth = max(1.0, (self.span - self.approach) / time)
         return max(4e-16 * before / time, 4e-16 * self.approach * self.fastest * growth)
-
-
-def contact_scales(values: Mapping[str, float], outputs: Mapping[str, float]) -> Scales:
-    """The scales of an impact in one step of at least 1 s.
-
-    `values` are all inputs and parameters, `outputs` those at the end: max_force, max_compression,
-    impulse and contact_time, which is NaN if the bodies haven't separated.
-    """
-    mu, n = reduced_mass(values), values["exponent"]
-    closing, time = values["club_speed"] - values["ball_speed"], outputs["contact_time"]
-    approach = values["gap"] / closing if closing > 0.0 else 0.0
-    stiffer = n * (outputs["max_compression"] / values["reference_compression"]) ** (n - 1.0)
-    fastest = max(math.sqrt(values["k"] * max(1.0, stiffer) / mu), values["b"] / mu)
-    largest = {**outputs, "contact_time": 1.0 if math.isnan(time) else time}
-    return Scales(values, largest, approach, approach + 1.0, fastest)

@@ -3,8 +3,7 @@
 import math
 
 import pytest
-
-from golf_impact.scales import contact_scales
+from compare import contact_scales
 
 #: μ = 0.04 kg, ω = 5000/s, a kinetic energy of 90 J.
 GIVEN = {

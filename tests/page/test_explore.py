@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from cases import DEFAULTS
 from command import ROOT, golf_here, refused
+from compare import contact_scales
 from html5 import check_page
 from tab import by_wasm, facts
 
 import golf_impact
 from golf_impact.ball import BALLS
 from golf_impact.explore.page import page
-from golf_impact.scales import contact_scales
 
 STIFFENING = {"law": 2, "b": 0.0, "exponent": 1.6}
 SOFT = {"law": 2, "k": 0.1, "b": 0.0}  # a contact of 2 s
