@@ -59,9 +59,8 @@ def load(path: Path) -> Any:
         exec(compile(path.read_bytes(), path, "exec"), vars(module))
     run: Any = getattr(module, "run", None)
     if not callable(run) or next(iter(inspect.signature(run).parameters), "") != "impact":
-        old = " (run(fmu) with a Report: the interface of version 0.1)" if callable(run) else ""
         raise UserError(
-            f"{path} is not a scenario{old}: it needs a function run(impact) that returns a "
+            f"{path} is not a scenario: it needs a function run(impact) that returns a "
             "Result; see scenarios/README.md, “A scenario of your own”"
         )
     return run
@@ -90,9 +89,6 @@ def _located(path: Path) -> Iterator[None]:
         lines = [frame.lineno for frame in frames if frame.filename == str(path)]
         line = error.lineno if isinstance(error, SyntaxError) else (lines or [None])[-1]
         where = f"{path}, line {line}" if line else str(path)
-        hint = ""
-        if isinstance(error, ImportError) and "Report" in str(error):
-            hint = "; Report is now Result, see scenarios/README.md, “A scenario of your own”"
         if not isinstance(error, UserError):
             where += f" can't be run: {type(error).__name__}"
-        raise UserError(f"{where}: {error}{hint}") from error
+        raise UserError(f"{where}: {error}") from error

@@ -181,7 +181,7 @@ def test_sobol_indices_of_a_known_function():
 
 def test_the_indices_file(tmp_path):
     sets = ("--set=law=2", "--set=k=normal:1e6:3e4", "--set=b=normal:9:0.9")
-    options = ("--samples=64", "--seed=2", "--design=sobol", "--no-figures", "--out")
+    options = ("--samples=64", "--seed=2", "--method=sobol", "--no-figures", "--out")
     # With a grid, whose points have different indices, there is none.
     # Nor for a single distribution.
     for others in ((*sets, "--set=gap=0,1"), sets[:2]):

@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from typer import Argument, Option
+from typer import Option
 
 from golf_impact.commands.console import progress, say, warn
 from golf_impact.commands.options import pairs_of, take_conditions
@@ -36,15 +36,12 @@ _Text = str | None
 
 
 def sweep(
-    study: Annotated[_Text, Argument(metavar="STUDY", hidden=True)] = None,
     set_: Annotated[list[str] | None, Option("--set", metavar="NAME=VALUES", help=_SET)] = None,
     out: Annotated[Path | None, Option(metavar="FILE", help="FILE.csv or FILE.parquet.")] = None,
     outputs: Annotated[_Text, Option(metavar="A,B,C", help="Outputs to read, no others.")] = None,
     samples: Annotated[_Number, Option(metavar="N", help="Samples of the distributions.")] = None,
     seed: Annotated[int, Option(metavar="N", help="Of the samples.")] = 0,
-    method: Annotated[
-        str, Option("--method", "--design", metavar="random|lhs|sobol", help=_METHOD)
-    ] = "random",
+    method: Annotated[str, Option(metavar="random|lhs|sobol", help=_METHOD)] = "random",
     scheduler: Annotated[_Text, Option(metavar="ADDRESS", help=_CLUSTER)] = None,
     figures: Annotated[bool, Option(help="Write FILE.png.")] = True,
     fmu: Annotated[Path | None, Option(metavar="FILE", help=_FMU)] = None,
@@ -60,8 +57,6 @@ def sweep(
     from golf_impact.sweeps import OUTPUTS, Design, sobol_indices
     from golf_impact.units import remarks
 
-    if study is not None:
-        raise UserError(f"{study} is refused: write a study as options, --set NAME=VALUES …")
     if out is None:
         raise UserError("no output file: give --out FILE.csv or FILE.parquet")
     if fmu is not None and scheduler is not None:
