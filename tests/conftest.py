@@ -1,7 +1,6 @@
 """Fixtures for all tests: the built FMUs, and tables of reference cases."""
 
 import os
-import shutil
 import sys
 import tempfile
 from pathlib import Path
@@ -12,7 +11,6 @@ from filelock import FileLock
 from hypothesis import HealthCheck, settings
 
 from golf_build import native
-from golf_build.packaging import packaged
 from golf_build.system import COMPANIONS
 from golf_build.system import build as build_system
 from golf_impact.fmu import builder_of, current_fmu
@@ -50,13 +48,6 @@ def holds_c(path):
 def build_fmu(out, fmi=2):
     """Build ClubBallImpact.fmu."""
     return builder_of(fmi=fmi).build(out)
-
-
-def build_plain_fmu(script, folder):
-    """Package a self-contained slave with pythonfmu, without additions."""
-    with packaged(2, script.stem, script.read_bytes(), {}) as fmu:
-        folder.mkdir(parents=True, exist_ok=True)
-        return Path(shutil.copy(fmu, folder))
 
 
 # The same examples every time, with --ci more of them; at night, new ones and far more:

@@ -36,7 +36,7 @@ class Named(dict[str, Value], Generic[Value]):
 
 
 class ImpactRuns:
-    """Impacts by an instance that can start, step and read; see `LoadedFmu` for these methods."""
+    """Impacts by an instance that can start, step and read; see `golf_impact.fmu.Fmu` for these."""
 
     default: Callable[[str], float]
     start: Callable[..., None]

@@ -14,9 +14,10 @@ from pathlib import Path
 import fmpy
 import pytest
 from command import run_python
-from conftest import build_plain_fmu, some
+from conftest import some
 
 from golf_impact.peers import empty_fmu
+from golf_impact.peers.fmus import build_plain_fmu
 
 # The end
 

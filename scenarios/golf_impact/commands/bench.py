@@ -55,7 +55,7 @@ def run_by_name(command: str, name: str, folder: Path, **options: Any) -> "Resul
 
     from golf_impact import files, scripts
     from golf_impact.fmu import Impact
-    from golf_impact.results import plotting, png
+    from golf_impact.results import png
 
     files.check(folder / f"{command}.json")
     shown = partial(
@@ -63,8 +63,7 @@ def run_by_name(command: str, name: str, folder: Path, **options: Any) -> "Resul
     )
     with Impact() as impact:
         result = scripts.run_script(scripts.path_of(name), impact, track=shown, **options)
-    with plotting():
-        for title, figure in result.figures.items():
-            files.write(folder / f"{title}.png", png(figure))
+    for title, figure in result.figures.items():
+        files.write(folder / f"{title}.png", png(figure))
     show({name: result})
     return result
