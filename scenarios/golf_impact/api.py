@@ -15,7 +15,7 @@ from golf_impact.arrays.contacts import Contacts, Values
 from golf_impact.arrays.impacts import DEFAULTS, MOMENTARY, ScalarImpacts, closed_contacts
 from golf_impact.arrays.relative import POWER_LAW
 from golf_impact.errors import UserError, unknown_name
-from golf_impact.runs import FLAGS, METRICS, PATH, ImpactArrays, Named
+from golf_impact.runs import FLAGS, METRICS, PATH, ImpactArrays, Named, number
 
 if TYPE_CHECKING:
     from golf_impact.ball import Ball
@@ -44,7 +44,7 @@ def balls() -> dict[str, Ball]:
     """
     from golf_impact.ball import BALLS
 
-    return dict(BALLS)
+    return Named(BALLS)
 
 
 def run_impact(outputs: Iterable[str] = METRICS, **values: float) -> dict[str, float]:
@@ -176,7 +176,7 @@ def known_names(names: Iterable[str], kind: str = "output") -> tuple[str, ...]:
 
     UserError: one of them is none of an output, or of an "input or parameter".
     """
-    names = (names,) if isinstance(names, str) else tuple(names)
+    names = tuple(names) if isinstance(names, Iterable) and not isinstance(names, str) else (names,)
     known = _OUTPUTS if kind == "output" else tuple(DEFAULTS)
     for name in names:
         if name not in known:
@@ -216,16 +216,7 @@ def _columns(values: Mapping[str, Any]) -> tuple[dict[str, Any], tuple[int, ...]
 def _numbers(values: Mapping[str, Any]) -> dict[str, float]:
     """The values if each is a single number of an input or parameter; otherwise a UserError."""
     known_names(values, "input or parameter")
-    numbers = {}
-    for name, value in values.items():
-        try:
-            if isinstance(value, (str, bytes)) or np.ndim(value):
-                raise TypeError
-            numbers[name] = float(value)
-        except (TypeError, ValueError, OverflowError):
-            why = "it must be a number in SI units"
-            raise UserError(f"{name} = {value!r} is refused: {why}", name, value, why) from None
-    return numbers
+    return {name: number(name, value) for name, value in values.items()}
 
 
 class Sensitivities(Named[dict[str, np.ndarray]]):

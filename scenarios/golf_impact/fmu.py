@@ -7,10 +7,11 @@ import signal
 import sys
 import tempfile
 import threading
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import weakref
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NoReturn, TypeVar
 
 import fmpy
 
@@ -26,7 +27,7 @@ from golf_build.fmi2 import BUILDER as FMI2
 from golf_build.fmi3 import BUILDER as FMI3
 from golf_impact.doctor import check_fmu, check_temporary_folder
 from golf_impact.errors import MissingFileError, UserError, first_line, unknown_name
-from golf_impact.runs import METRICS, ImpactRuns, Named
+from golf_impact.runs import METRICS, ImpactRuns, Named, number
 
 Entered = TypeVar("Entered", bound="Fmu")
 
@@ -39,6 +40,8 @@ _KINDS: dict[str, type] = {"Real": float, "Integer": int, "Boolean": bool}
 
 def builder_of(name: str = "ClubBallImpact", fmi: int = 2) -> packaging.Builder:
     """The builder of an FMU; UserError if there is none of this name for this version of FMI."""
+    if fmi not in (2, 3):
+        raise UserError(f"fmi = {fmi!r} is refused: it must be 2 or 3")
     builders = {"ClubBallImpact": FMI3} if fmi == 3 else system.COMPANIONS
     builders = {"ClubBallImpact": FMI2, **builders}
     if name not in builders:
@@ -153,10 +156,17 @@ def _interrupts_wait() -> Iterator[None]:
         raise KeyboardInterrupt
 
 
+class _Closed:
+    """Takes the place of an instance that has been freed: a call of it would end Python."""
+
+    def __getattr__(self, name: str) -> NoReturn:
+        raise UserError("this FMU is closed, at the end of its `with` block: open another one")
+
+
 class Fmu:
     """An FMU 2.0 for co-simulation, extracted and instantiated once for any number of runs.
 
-    FMPy's example `efficient_loops.py` does the same. For use in a `with` block.
+    FMPy's example `efficient_loops.py` does the same. For use in a `with` block, and in one thread.
 
     Attributes:
         path: the .fmu file.
@@ -177,6 +187,8 @@ class Fmu:
         try:
             self.description = fmpy.read_model_description(str(path))
             self.folder = tempfile.mkdtemp(prefix="golf-impact-")
+            # Also without a `with` block.
+            self._remove = weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
             fmpy.extract(str(path), self.folder)
             self.instance = self._instantiate()
         except Exception as error:  # fmpy raises Exception itself
@@ -186,6 +198,11 @@ class Fmu:
             raise UserError(f"{path} can't be loaded ({first_line(error)}): {what}") from error
         self.variables = {v.name: v for v in self.description.modelVariables}
         self.references = {name: v.valueReference for name, v in self.variables.items()}
+        self._outputs = {
+            name: v.valueReference
+            for name, v in self.variables.items()
+            if v.causality == "output" and v.type == "Real"
+        }
         # Restoring this state is far cheaper than reset, which makes a new Python object.
         self._initial = self.instance.getFMUstate()
 
@@ -210,9 +227,11 @@ class Fmu:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.instance.freeFMUstate(self._initial)
-        self.instance.freeInstance()
-        shutil.rmtree(self.folder, ignore_errors=True)
+        if not isinstance(self.instance, _Closed):
+            self.instance.freeFMUstate(self._initial)
+            self.instance.freeInstance()
+            self.instance = _Closed()
+        self._remove()
 
     def simulate(
         self,
@@ -233,7 +252,9 @@ class Fmu:
             UserError: the FMU rejects a value or a step (`simulate_fmu` returns the rows before),
                 or has no variable of a name.
         """
-        self._check_names(output)
+        for name in output:
+            if name not in self.references:
+                raise unknown_name("output", name, self._outputs)
         self._check_values(options.get("start_values", {}))
         self.instance.setFMUstate(self._initial)
         with self._refusals():
@@ -272,19 +293,15 @@ class Fmu:
 
     def read(self, names: Sequence[str]) -> Named[float]:
         """Values of Real outputs at this communication point, by name (SI units)."""
-        self._check_names(names)
-        values = self.instance.getReal([self.references[name] for name in names])
-        return Named(zip(names, values, strict=True))
+        try:
+            references = [self._outputs[name] for name in names]
+        except KeyError as error:
+            raise unknown_name("Real output", error.args[0], self._outputs) from None
+        return Named(zip(names, self.instance.getReal(references), strict=True))
 
     def read_flag(self, name: str) -> bool:
         """Value of a Boolean output at this communication point."""
         return bool(self.instance.getBoolean([self.references[name]])[0])
-
-    def _check_names(self, outputs: Iterable[str]) -> None:
-        for name in outputs:
-            if name not in self.references:
-                known = [n for n, v in self.variables.items() if v.causality == "output"]
-                raise unknown_name("output", name, known)
 
     def _check_values(self, values: Mapping[str, float]) -> None:
         for name, value in values.items():
@@ -292,6 +309,7 @@ class Fmu:
             if variable is None or variable.causality == "output":
                 known = [n for n, v in self.variables.items() if v.causality != "output"]
                 raise unknown_name("input or parameter", name, known)
+            number(name, value)
             if variable.type == "Integer" and not (value == value // 1 and abs(value) < 2**31):
                 # fmpy would cut it.
                 reason = "it must be a whole number"
@@ -310,7 +328,10 @@ class Fmu:
             if not self._messages:
                 raise UserError(f"{self.path} failed ({first_line(error)})") from error
         if self._messages:
-            raise UserError(self._messages[0], variable, value)
+            sentence = self._messages[0]
+            name = sentence.partition(" = ")[0]
+            variable = variable or (name if name in self.references else "")
+            raise UserError(sentence, variable, value, sentence.partition(": ")[2])
 
 
 class Impact(ImpactRuns, Fmu):

@@ -35,6 +35,17 @@ class Named(dict[str, Value], Generic[Value]):
         raise unknown_name("value", name, self)
 
 
+def number(name: str, value: Any) -> float:
+    """The single number of an input or parameter; UserError if the value is another thing."""
+    try:
+        if isinstance(value, (str, bytes)) or np.ndim(value):
+            raise TypeError
+        return float(value)
+    except (TypeError, ValueError, OverflowError):
+        why = "it must be a number in SI units"
+        raise UserError(f"{name} = {value!r} is refused: {why}", name, value, why) from None
+
+
 class ImpactRuns:
     """Impacts by an instance that can start, step and read; see `golf_impact.fmu.Fmu` for these."""
 

@@ -7,6 +7,7 @@ import sys
 from decimal import Decimal
 from fractions import Fraction
 from functools import partial
+from pathlib import Path
 from importlib import import_module
 
 import numpy as np
@@ -203,12 +204,35 @@ def test_a_value_that_is_refused(impact, values, words):
     assert impact()["smash_factor"] == 1.5641431548673967
 
 
-def test_the_error_has_the_first_of_several_refusals():
-    with pytest.raises(UserError) as caught:
-        golf_impact.run_impact(k=-1.0, b=-2.0)
-    error = caught.value
-    assert (error.variable, error.value) == ("k", -1.0)
-    assert error.reason == "it must be a finite number > 0"
+def test_the_error_has_the_first_of_several_refusals(impact):
+    for run in (golf_impact.run_impact, impact):
+        with pytest.raises(UserError) as caught:
+            run(k=-1.0, b=-2.0)
+        error = caught.value
+        assert (error.variable, error.value) == ("k", -1.0)
+        assert error.reason == "it must be a finite number > 0"
+
+
+_CLOSED = """
+from golf_impact import Impact, UserError
+with Impact() as impact, impact:
+    pass
+for call in (impact, impact.simulate, lambda: impact.step(0.0, 1.0)):
+    try:
+        call()
+    except UserError as error:
+        print(error)
+print(impact.folder)
+print(Impact().folder)
+"""
+
+
+def test_a_closed_impact():
+    """A call of a freed instance would end Python; no folder is left, without `with` either."""
+    *sentences, closed, left = run_python(_CLOSED).stdout.splitlines()
+    assert sentences == ["this FMU is closed, at the end of its `with` block: open another one"] * 3
+    assert not Path(closed).exists()
+    assert not Path(left).exists()
 
 
 def test_messages_reach_their_own_instance(impact):
@@ -231,9 +255,10 @@ def test_one_step_and_one_read_for_metrics(impact, monkeypatch):
     assert calls == ["doStep", "getReal"]
 
 
-@pytest.mark.parametrize("run", [golf_impact.run_impact, golf_impact.run_trajectory])
-def test_what_is_no_number(run):
-    with pytest.raises(UserError, match="no output 'touched' of type Real: choose"):
+@pytest.mark.parametrize("name", ["impact", "trajectory", "FMU"])
+def test_what_is_no_number(name, impact):
+    run = RUNS[name] or impact
+    with pytest.raises(UserError, match=r"Real.*: choose from force"):
         run(outputs=["touched"])
     for value in ("2", None, [2], [[1], [1, 2]], math.nan):
         with pytest.raises(UserError, match="law = "):

@@ -253,7 +253,7 @@ SCRIPTS = {
     RUN + "return 1 / 0": "line 2 can't be run: ZeroDivisionError",
     RUN + "impact(k=-1.0)": "line 2: k = -1.0",
     RUN + "impact()['cor']": "smash_factor, coefficient_of_restitution",
-    RUN + "impact(['cor'])": "no output 'cor'",
+    RUN + "impact(['cor'])": "no Real output 'cor'",
     "def f():\n    1 / 0\n" + RUN + "f()": "line 2 can't be run: ZeroDivisionError",
     RUN + "raise SystemExit(3)": "line 2 can't be run: SystemExit: 3",
 }
