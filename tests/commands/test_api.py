@@ -7,8 +7,8 @@ import sys
 from decimal import Decimal
 from fractions import Fraction
 from functools import partial
-from pathlib import Path
 from importlib import import_module
+from pathlib import Path
 
 import numpy as np
 import pytest
