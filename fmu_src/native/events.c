@@ -80,8 +80,8 @@ static void begin_events(Component *c, double point, Events *e)
 /* When the next one is, s; whether there is one. */
 static int next_event(const Component *c, Events *e, double *when)
 {
-    if (!e->has_more) return 0;
-    advance(&e->impact, &c->is.parameters, e->inputs, e->instant);
+    if (!e->has_more || !advance(&e->impact, &c->is.parameters, e->inputs, e->instant))
+        return e->has_more = 0;
     double t = since(phase_begin(&e->impact), e->instant);
     double passed = t > RESOLUTION * phase_begin(&e->impact).high ? t : 0.0;
     double left = nextafter(find_phase_end(&e->impact) - passed, INFINITY);

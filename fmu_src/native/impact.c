@@ -238,10 +238,11 @@ static Instant phase_begin(const Impact *i)
 }
 
 #if FMI_VERSION == 3
-/* The same, found if it isn't known yet. */
+/* The same, found if it isn't known yet; infinite if it can't be computed. */
 static double find_phase_end(Impact *i)
 {
     while (i->phase == CONTACT && contact_extend(&i->contact)) continue;
+    if (i->phase == CONTACT && contact_failure(&i->contact).reason) return INFINITY;
     return phase_duration(i);
 }
 #endif

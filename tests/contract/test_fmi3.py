@@ -132,6 +132,14 @@ def test_an_early_return_at_touch(way_of):
     discard(slave)
 
 
+def test_events_end_where_the_contact_cannot_be_computed(way_of):
+    """Event mode alone: a step beyond a touch that is refused is discarded, and returns at all."""
+    slave = make_instance(way_of("native, FMI 3.0").slave.unzipDirectory, eventModeUsed=True)
+    begin(slave, law=2, exponent=1.5, gap=0.01, club_force=1e10)
+    assert step_status(slave, 0.0, 1e-3) == 2
+    discard(slave)
+
+
 # Model Exchange
 
 
