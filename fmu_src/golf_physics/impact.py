@@ -252,7 +252,7 @@ class Contact(Impact):
 
     def following(self, inputs: Inputs) -> "Contact | Flight":
         phase = self.phase
-        if phase.has_pieces and phase.extend():
+        if phase.extend():
             self.duration = phase.duration
             return self
         begin = added(self.begin, self.duration)
