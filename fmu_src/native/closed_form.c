@@ -295,15 +295,6 @@ static double closed_form_value(const ClosedForm *o, Quantity quantity, double t
     return closed_form_at(o, closed_form_row(o, quantity), t);
 }
 
-static double closed_form_closing(const ClosedForm *o, double t)
-{
-    double r = o->rates.a, h = o->rates.c, frequency = o->rates.s;
-    double size = exp(-h * t), angle = frequency * t;
-    double cosine = frequency * o->d.s - h * o->d.c, sine = -h * o->d.s - frequency * o->d.c;
-    double pair = cosine * (size * cos(angle)) + sine * (size * sin(angle));
-    return r ? -r * o->d.a * exp(-r * t) + pair : pair;
-}
-
 static double closed_form_impulse(const ClosedForm *o, double begin, double width)
 {
     if (width * o->rate <= SHORT) {

@@ -91,6 +91,7 @@ static State contact_dense(Contact *c, double time)
     }
 }
 
+/* Force, compression, or the closing speed, to full relative accuracy. */
 static double contact_value(Contact *c, Quantity quantity, double t)
 {
     switch (c->kind) {
@@ -99,13 +100,6 @@ static double contact_value(Contact *c, Quantity quantity, double t)
     case INTEGRATED: return integrated_value(&c->as.integrated, quantity, t);
     default: return extended_value(&c->as.extended.extended, quantity, t);
     }
-}
-
-/* The closing speed, to full relative accuracy. */
-static double contact_closing(Contact *c, double t)
-{
-    if (c->kind == CLOSED_FORM) return closed_form_closing(&c->as.closed_form, t);
-    return contact_value(c, CLOSING, t);
 }
 
 /* Impulse of the contact force over [begin, begin + width], N.s. */

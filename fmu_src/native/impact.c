@@ -298,7 +298,8 @@ static int change_contact(Impact *i, const Parameters *p, Inputs inputs, Instant
     double t = elapsed(i, instant);
     State s = contact_dense(&i->contact, contact_scale(&i->contact) * t);
     if (!t || s.compression < 0.0) clamp_state(i, p, &s, t);
-    double d = s.compression, closing = t ? contact_closing(&i->contact, t) : i->motion.closing;
+    double d = s.compression;
+    double closing = t ? contact_value(&i->contact, CLOSING, t) : i->motion.closing;
     Motion motion = {s.x_club, s.x_ball, s.v_club, s.v_ball, d, closing};
     double force = law_force(p, acting.k, acting.b, d, closing);
     if (!(force <= 0.0) || (!d && closing > 0.0)) {
