@@ -7,7 +7,7 @@ as long, and the time of separation varies with the root of the distance from th
 import pytest
 from cases import Case, scales_of
 from compare import assert_close
-from golf_physics.laws.closed_form import ClosedFormContact, linear_contact
+from golf_physics.laws.closed_form import ClosedFormContact
 from golf_physics.values import Motion
 
 from golf_impact.reference import Reference
@@ -84,8 +84,8 @@ def test_a_maximum_beside_the_start():
     """Newton's method would begin before it: extended precision finds it."""
     # The largest compression is 1.037 times that at the start.
     start = Motion(0.0, -5e-3, -54.0, -60.0, 5e-3, 6.0)
-    closed = linear_contact(1e6, 0.0, 400.0, 0.21, 0.16, start)
-    assert isinstance(closed, ClosedFormContact)
+    closed = ClosedFormContact(1e6, 0.0, 400.0, 0.21, 0.16, start)
+    assert closed.duration
     exact = closed.extended()
     for name in ("force", "d"):
         found, expected = (phase.largest(name, exact.duration) for phase in (closed, exact))

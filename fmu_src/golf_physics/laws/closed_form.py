@@ -1,6 +1,6 @@
 """An underdamped linear contact in double precision: nearly every impact in golf.
 
-Where double precision loses digits, `linear_contact` takes `ExtendedContact` instead.
+Where double precision loses digits, `LinearLaw.contact` takes `ExtendedContact` instead.
 """
 
 from collections.abc import Callable
@@ -299,14 +299,3 @@ def _end_above(level: float, growth: float, cosine: float, sine: float) -> float
     if abs(level) * exp(growth * angle) > 0.5 * amplitude:
         return 0.0
     return angle
-
-
-def linear_contact(
-    k: float, damper: float, drag: float, m_club: float, m_ball: float, start: Motion,
-    club_force: float = 0.0,
-) -> ContactPhase:  # fmt: skip
-    """The contact phase from `start` on, in double precision where that suffices (SI units)."""
-    if damper and drag:
-        return ExtendedContact(k, damper, drag, m_club, m_ball, start, club_force)
-    contact = ClosedFormContact(k, damper, drag, m_club, m_ball, start, club_force)
-    return contact if contact.duration else contact.extended()

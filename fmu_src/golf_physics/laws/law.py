@@ -6,8 +6,9 @@ from math import sqrt
 from types import MappingProxyType
 
 from ..values import Inputs, Motion, Parameters, Refusal, rejected
-from .closed_form import linear_contact
+from .closed_form import ClosedFormContact
 from .contact import ContactPhase
+from .extended import ExtendedContact
 from .integrated import IntegratedContact
 
 #: A larger force on the club head (relative to the contact force without it) may leave so little of
@@ -92,4 +93,7 @@ class LinearLaw(Law):
     def contact(self, p: Parameters, inputs: Inputs, start: Motion) -> ContactPhase:
         k, b, _, club_force = inputs
         damper, drag = self.damper(b), self.drag(b)
-        return linear_contact(k, damper, drag, p.m_club, p.m_ball, start, club_force)
+        if damper and drag:
+            return ExtendedContact(k, damper, drag, p.m_club, p.m_ball, start, club_force)
+        contact = ClosedFormContact(k, damper, drag, p.m_club, p.m_ball, start, club_force)
+        return contact if contact.duration else contact.extended()

@@ -124,17 +124,17 @@ class RelativeLaw(LinearLaw):
 
     def contact(self, p: Parameters, inputs: Inputs, start: Motion) -> ContactPhase:
         k, b, _, club_force = inputs
-        if p.exponent != 1.0:
-            if club_force:
-                refusal = _refusal_of_force(p, k, club_force, start.compression, start.closing)
-                if refusal is not None:
-                    raise ArithmeticError(refusal.sentence)
-                # In the scaled time it is a power of x, without a closed form.
-                return Law.contact(self, p, inputs, start)
+        if p.exponent == 1.0:
+            # As of a `LinearLaw`, three calls less.
+            contact = ClosedFormContact(k, b, 0.0, p.m_club, p.m_ball, start, club_force)
+            return contact if contact.duration else contact.extended()
+        if not club_force:
             return PowerLawContact(p, k, b, start)
-        # As `linear_contact`, a call less.
-        contact = ClosedFormContact(k, b, 0.0, p.m_club, p.m_ball, start, club_force)
-        return contact if contact.duration else contact.extended()
+        refusal = _refusal_of_force(p, k, club_force, start.compression, start.closing)
+        if refusal is not None:
+            raise ArithmeticError(refusal.sentence)
+        # In the scaled time it is a power of x, without a closed form.
+        return Law.contact(self, p, inputs, start)
 
     def damper(self, b: float) -> float:
         return b
