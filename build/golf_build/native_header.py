@@ -86,7 +86,7 @@ def _lines(fmi: int, token: str, start: Mapping[str, float]) -> Iterator[str]:
 
 def _variable(row: Variable) -> str:
     causality = {"input": "INPUT", "parameter": "PARAMETER"}.get(row.causality, "RESULT")
-    refused = _quoted(refusals.refusal(row, _HOLE) if row.start is not None else "")
+    refused = _quoted(modes.out_of_range(row, _HOLE) if row.start is not None else "")
     numbers = ", ".join(repr(float(x or 0.0)) for x in (row.start, row.low, row.high))
     return f'    {{"{row.name}", {_TYPES[row.type]}, {causality}, {numbers}, {refused}}},'
 

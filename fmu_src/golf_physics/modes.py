@@ -126,7 +126,7 @@ class FmiComponent:
         elif self._mode == TERMINATED:
             self._refuse_call(SET_AFTER_END.format(row.name), row.name, value)
         elif not row.low <= value <= row.high:
-            self._refuse(self._out_of_range(row, value))
+            self._refuse(out_of_range(row, value))
         elif (
             row.causality == "parameter"
             and self._mode == STEPPING
@@ -137,10 +137,6 @@ class FmiComponent:
             self._corrected(row.name)
             return row
         return None
-
-    def _out_of_range(self, row: Variable, value: Any) -> Refusal:
-        """Why this value of an input or parameter isn't accepted."""
-        raise NotImplementedError
 
     def _value(self, row: Variable) -> Any:
         """Of an input or parameter."""
@@ -201,6 +197,18 @@ class FmiComponent:
         problem = together((*self._refused.values(), *self._illegal))
         self._illegal = ()
         return problem
+
+
+def out_of_range(variable: Variable, value: Any) -> Refusal:
+    """Why this value of an input or parameter isn't accepted."""
+    unit = f" {variable.unit}" if variable.unit not in ("", "1") else ""
+    allowed = variable.allowed
+    if variable.type != "Enumeration":
+        if ".." in allowed:
+            allowed = f"between {variable.low:g} and {variable.high:g}"
+        else:
+            allowed = f"a finite number {allowed}".removesuffix(" finite")
+    return rejected(variable.name, value, f"it must be {allowed}", unit)
 
 
 def together(refusals: Iterable[Refusal]) -> Refusal | None:

@@ -33,16 +33,16 @@ REFUSED = {
         ("law", 3, "1 (absolute) or 2 (relative)"),
     ],
     "Swing": [
-        ("club_mass", -1.0, "1e-06 to 1000"),
+        ("club_mass", -1.0, "1e-06 and 1000"),
         ("impulse", NAN, ""),
     ],
     "Launch": [
-        ("friction", -1.0, "0 to 1e+09"),
+        ("friction", -1.0, "0 and 1e+09"),
         ("ball_velocity", INF, ""),
     ],
     "BallFlight": [
-        ("m_ball", 0.0, "1e-06 to 1000"),
-        ("backspin", 1e9, "-10000 to 10000"),
+        ("m_ball", 0.0, "1e-06 and 1000"),
+        ("backspin", 1e9, "-10000 and 10000"),
     ],
 }  # fmt: skip
 

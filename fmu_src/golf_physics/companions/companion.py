@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from .. import codec
 from ..modes import INSTANTIATED, TERMINATED, FmiComponent
-from ..values import Refusal, rejected
+from ..values import Refusal
 from ..variables import Variable
 
 #: It changes with the layout of a state.
@@ -58,9 +58,6 @@ class Companion(FmiComponent):
             row = self._accepted(reference, value, type_)
             if row is not None and value != self._value(row):
                 setattr(self, row.name, value)
-
-    def _out_of_range(self, row: Variable, value: Any) -> Refusal:
-        return rejected(row.name, value, f"it must be {row.low:g} to {row.high:g}")
 
     def _value(self, row: Variable) -> Any:
         return getattr(self, row.name)

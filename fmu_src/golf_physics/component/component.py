@@ -12,7 +12,7 @@ from typing import Any
 from ..impact import RESOLUTION, Contact, Impact, advance
 from ..laws import LAWS
 from ..modes import POINT_TOLERANCE, STEPPING, FmiComponent
-from ..refusals import conflict, conflict_of_inputs, refusal
+from ..refusals import conflict, conflict_of_inputs
 from ..values import START, Inputs, Instant, Parameters, Refusal, State, added, new
 from ..variables import INPUTS, MOTION, SETTABLE, VARIABLES, Variable
 from .outputs import OUTPUTS, PLACES, readings
@@ -241,9 +241,6 @@ class Component(FmiComponent):
             self._size = nan
             if self._mode < STEPPING:
                 self._run(None, None, START, 0.0)
-
-    def _out_of_range(self, row: Variable, value: Any) -> Refusal:
-        return refusal(row, value)
 
     def _value(self, row: Variable) -> Any:
         return self.values[PLACES[row.reference]]
