@@ -12,6 +12,7 @@ import importlib.util
 import os
 import platform
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
@@ -22,7 +23,6 @@ from typing import NamedTuple
 
 import golf_physics
 
-from golf_build import mach_o
 from golf_build.archive import SUMS, checksums, scratch, write_archive
 from golf_build.extras import install_command
 from golf_build.native_header import header
@@ -33,19 +33,29 @@ SUFFIX = ".native"
 #: The ziglang of pyproject.toml's extra: other versions make other bytes.
 ZIGLANG = "0.13.0"
 
+_ZIG = (sys.executable, "-m", "ziglang")
+
 #: Its C compiler.
-ZIG_CC = (sys.executable, "-m", "ziglang", "cc")
+ZIG_CC = (*_ZIG, "cc")
 
 #: Whatever an importer's options are: no fused operations, and nothing visible but FMI's functions.
 _FLAGS = (
-    "-std=c99", "-O2", "-g0", "-s", "-shared", "-ffp-contract=off", "-fvisibility=hidden",
-    "-Wall", "-Wextra", "-Werror", "-pedantic",
+    "-std=c99", "-O2", "-g0", "-ffp-contract=off", "-fvisibility=hidden", "-Wall", "-Wextra",
+    "-Werror", "-pedantic",
 )  # fmt: skip
+
+#: None, for macOS: zig signs a library that has entitlements; without, those for arm64 alone.
+_ENTITLEMENTS = {"entitlements.plist": b'<plist version="1.0"><dict/></plist>'}
 
 _HEADERS = {
     2: ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
     3: ("fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h"),
 }
+
+
+#: Parts of a universal file begin at pages, which arm64 has of 2^14 bytes.
+_ALIGNMENT = 14
+_PAGE = 1 << _ALIGNMENT
 
 
 class NativeError(Exception):
@@ -151,7 +161,7 @@ def files(builder: Builder, here: bool = False) -> dict[str, bytes]:
     for target in targets:
         path = f"binaries/{target.folders[fmi]}/{model}{target.suffix}"
         libraries.setdefault(path, []).append(_library(target, sources, model))
-    made |= {path: mach_o.universal(images) for path, images in libraries.items()}
+    made |= {path: _universal(images) for path, images in libraries.items()}
     made["documentation/licenses/license.txt"] = project_license()
     made["documentation/licenses/fmi-headers.txt"] = _comment(sources[_HEADERS[fmi][0]])
     if (zig := ziglang()) and any(target.suffix == ".dll" for target in targets):
@@ -243,23 +253,24 @@ def _cc() -> str:
 
 def _library(target: Target, sources: dict[str, bytes], model: str) -> bytes:
     """The library for a platform."""
-    command = [*ZIG_CC, "-target", target.zig] if ziglang() else [_cc()]
     out = f"{model}{target.suffix}"
-    command += [*_FLAGS, "all.c"]
-    if target.suffix != ".dll":
-        command += ["-fPIC", "-lm"]
-    if target.suffix == ".dylib":
-        # Otherwise it is the folder of this build; and room for the signature's load command.
-        command += [f"-Wl,-install_name,@rpath/{out}", "-Wl,-headerpad,0x100"]
+    if ziglang() and target.suffix == ".dylib":
+        command = [*_ZIG, "build-lib", "-dynamic", "-OReleaseFast", "-fstrip", "-lc"]
+        # Otherwise the name is the folder of this build.
+        command += ["-install_name", f"@rpath/{out}", "--entitlements", *_ENTITLEMENTS]
+        command += ["-target", target.zig, f"-femit-bin={out}", "-cflags", *_FLAGS, "--", "all.c"]
+    else:
+        command = [*ZIG_CC, "-target", target.zig] if ziglang() else [_cc()]
+        command += [*_FLAGS, "-s", "-shared", "all.c", "-o", out]
+        command += ["-fPIC", "-lm"] if target.suffix != ".dll" else []
+        command += [f"-Wl,-install_name,@rpath/{out}"] if target.suffix == ".dylib" else []
     try:
-        made = compiled(command, sources, out)
+        made = compiled(command, sources | _ENTITLEMENTS, out)
     except NativeError as error:
         errors = [line for line in str(error).splitlines() if "error" in line]
         why = errors[0] if errors else "without a message"
         text = f"--native: {command[0]} fails on all.c for {target.zig}: {why}"
         raise NativeError(text) from error
-    if target.suffix == ".dylib" and ziglang():
-        return mach_o.signed(made, out)
     return _timeless(made) if target.suffix == ".dll" else made
 
 
@@ -269,9 +280,7 @@ def compiled(command: list[str], sources: dict[str, bytes], out: str) -> bytes:
         # zig keeps what it has compiled: its libraries below the home folder, this here, where no
         # other build at the same time replaces it.
         env = {"HOME": tempfile.gettempdir(), **os.environ, "ZIG_LOCAL_CACHE_DIR": str(folder)}
-        done = subprocess.run(
-            [*command, "-o", out], cwd=folder, env=env, capture_output=True, text=True
-        )
+        done = subprocess.run(command, cwd=folder, env=env, capture_output=True, text=True)
         if done.returncode:
             raise NativeError(done.stderr.strip())
         return (folder / out).read_bytes()
@@ -281,3 +290,17 @@ def _timeless(dll: bytes) -> bytes:
     """A library for Windows without the time of its build, in the header at the offset in 0x3c."""
     time = int.from_bytes(dll[0x3C:0x40], "little") + 8
     return dll[:time] + bytes(4) + dll[time + 4 :]
+
+
+def _universal(images: list[bytes]) -> bytes:
+    """One library for macOS of those for several machines, x86_64 first (mach-o/fat.h)."""
+    if len(images) == 1:
+        return images[0]
+    head, body = struct.pack(">2I", 0xCAFEBABE, len(images)), b""
+    for image in images:
+        body += bytes(-len(body) % _PAGE)
+        offset = _PAGE + len(body)
+        head += struct.pack(">2I", *struct.unpack_from("<2I", image, 4))
+        head += struct.pack(">3I", offset, len(image), _ALIGNMENT)
+        body += image
+    return head.ljust(_PAGE, b"\0") + body
