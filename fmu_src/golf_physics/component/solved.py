@@ -28,7 +28,7 @@ class _Solution(NamedTuple):
     refusal_of_touch: Refusal | None = None  #: why the law rejects the touch that there was
     dragged: bool = False  #: whether a drag has acted: what it took of the impulse isn't known
     lasted: Real = 0.0  #: of the contact once it has ended, s
-    separation: Motion | None = None  #: the bodies then
+    at_separation: Motion | None = None  #: the bodies then
 
 
 class SolvedImpact(_Solution, Impact):
@@ -42,14 +42,10 @@ class SolvedImpact(_Solution, Impact):
 
     @property
     def velocities(self) -> tuple[float, float]:  # type: ignore[override]
-        if self.separation is not None:
-            return self.separation[2:4]
+        if self.at_separation is not None:
+            return self.at_separation[2:4]
         _, _, v_club, v_ball = self.states
         return (self.inputs.club_speed if self.touch is None else v_club), v_ball
-
-    @property
-    def at_separation(self) -> Motion | None:  # type: ignore[override]
-        return self.separation
 
     @property
     def club_force(self) -> float:
@@ -57,9 +53,10 @@ class SolvedImpact(_Solution, Impact):
 
     def state(self, instant: Instant) -> State:
         force, *moving, compression = self.solver_state()
-        if self.separation is not None:
+        start = self.at_separation
+        if start is not None:
             # Even if a force turned the club at once, it would have vanished after this time.
-            rest = 2.0 * self.separation.compression + self.separation.closing * self._in_flight()
+            rest = 2.0 * start.compression + start.closing * self._in_flight()
             compression = compression if rest > 0.0 else 0.0
         return [max(0.0, force), *moving, max(0.0, compression)]
 
@@ -107,7 +104,7 @@ class SolvedImpact(_Solution, Impact):
         elif self.in_contact and separation_indicator(self, ahead) <= 0.0:
             lasted = self.time - self.touch.instant[0]
             separation = Motion(x_club, x_ball, v_club, v_ball, d, v_club - v_ball)
-            impact = self._replace(lasted=lasted, in_contact=False, separation=separation)
+            impact = self._replace(lasted=lasted, in_contact=False, at_separation=separation)
         return impact
 
     def last_contact(self, instant: Instant) -> "tuple[SolvedImpact, float]":
