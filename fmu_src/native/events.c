@@ -139,11 +139,14 @@ static int component_step_to_event(Component *c, double point, double size, int 
 {
     int is_sum = isfinite(point) && isfinite(size) && fabs(point) <= LONGEST && fabs(size) <= LONGEST;
     double end = is_sum ? point + size : point, when;
+    Refusal list[SETTABLE + 1];
+    Events events;
+    Host host = hold(c);
     *is_event = 0;
     *reached = end;
+    /* Start values may have been corrected since initialization ended. */
+    if (c->is.mode == START_REFUSED) start_run(c, list);
     if (c->is.mode == STEPPING && is_sum) {
-        Events events;
-        Host host = hold(c);
         begin_events(c, point, &events);
         while (next_event(c, &events, &when) && when <= end) {
             if (when != end && !(early && when > point)) continue;
@@ -152,7 +155,7 @@ static int component_step_to_event(Component *c, double point, double size, int 
             if (when != end) size = when - point;
             break;
         }
-        release(&host);
     }
+    release(&host);
     return step_from_start(c, point, size);
 }
