@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from golf_build.packaging import render
 from golf_impact import document
+from golf_impact.errors import UserError
 from golf_impact.files import as_json, write
 from golf_impact.quantities import QUANTITIES, describe
 
@@ -21,6 +22,9 @@ _LARGE = (
     "smash_factor", "coefficient_of_restitution", "energy_efficiency", "ball_velocity",
     "contact_time", "max_force",
 )  # fmt: skip
+
+#: Not in names of files, of any system.
+_NO_NAME = '/\\:*?"<>|'
 
 
 @dataclass
@@ -50,6 +54,32 @@ class Result:
         """The claims that don't hold."""
         return [claim for claim, holds in self.claims.items() if not holds]
 
+    def faults(self) -> Iterator[str]:
+        """What can't be written, and how to mend it: it may come from a script of the user's."""
+        for n, table in enumerate(self.tables):
+            if len(table) != 3:
+                yield f"tables[{n}] has {len(table)} parts: write (title, columns, rows)"
+                continue
+            _, columns, rows = table
+            for row in rows:
+                if len(row) != len(columns):
+                    yield f"tables[{n}]: {row!r} has {len(row)} cells, not {len(columns)}"
+                for cell in row:
+                    if not isinstance(cell, str):
+                        yield f"tables[{n}]: {cell!r} is not a text: write f'{{x:.4g}}'"
+        for name, case in self.cases.items():
+            if not isinstance(name, str) or not isinstance(case, Mapping):
+                yield f"cases[{name!r}] = {case!r}: a name of text, and results by name, are needed"
+        for name, figure in self.figures.items():
+            if not hasattr(figure, "savefig"):
+                yield f"figures[{name!r}] = {figure!r} is not a figure of Matplotlib"
+        for claim, holds in self.claims.items():
+            if str(holds) not in ("True", "False"):
+                yield f"claims[{claim!r}] = {holds!r} is not True or False"
+        for name in (*self.figures, *self.trajectories):
+            if not isinstance(name, str) or not name or {*name} & {*_NO_NAME}:
+                yield f"{name!r} can't be the name of a file: leave out {' '.join(_NO_NAME)}"
+
 
 @contextmanager
 def plotting() -> Iterator[None]:
@@ -68,8 +98,12 @@ def write_results(
 ) -> Path:
     """Write the results of scenarios by name; `prefix` begins the names of all files.
 
-    Returns the path of the report. UserError: a file can't be written.
+    Returns the path of the report. UserError: a file can't be written, or would be written twice.
     """
+    names = [name for one in results.values() for name in (*one.figures, *one.trajectories)]
+    if len({*names}) < len(names):
+        twice = max(names, key=names.count)
+        raise UserError(f"two figures or trajectories are named {twice}: rename one")
     images: dict[str, dict[str, str]] = {}
     for name, result in results.items():
         images[name] = {}

@@ -74,6 +74,8 @@ def run_script(path: Path, impact: Any, **options: Any) -> Result:
             result = run(impact, **options)
     if not isinstance(result, Result):
         raise UserError(f"{path}: run(impact) returns {result!r}; it must return its Result")
+    if fault := next(result.faults(), ""):
+        raise UserError(f"{path}: {fault}")
     return result
 
 

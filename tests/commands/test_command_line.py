@@ -150,6 +150,7 @@ REFUSED = {
     "sweep --out x.csv --set k=1 --outputs k": "no output 'k'",
     "sweep --out x.csv --set k=1:2:100000 --set b=1:2:100000": "10,000,000,000 cases are refused",
     # What stands in place of a folder or a file; noticed before the FMU is checked.
+    "run --ball 40.toml --ball reports/../40.toml": "two balls have the same name",
     "run --fmu none.fmu --out file": "file is no folder; choose another one",
     "run --fmu none.fmu --out file/below": "file is no folder; choose another one",
     "run laws --fmu none.fmu --out reports": "reports/report.html",
@@ -242,6 +243,7 @@ BALLS = {
 }
 
 RUN = "def run(impact):\n    "
+RETURN = "from golf_impact.scenario import Result\n" + RUN + "return Result('mine', "
 
 #: Scripts that are no scenarios.
 SCRIPTS = {
@@ -256,6 +258,14 @@ SCRIPTS = {
     RUN + "impact(['cor'])": "no Real output 'cor'",
     "def f():\n    1 / 0\n" + RUN + "f()": "line 2 can't be run: ZeroDivisionError",
     RUN + "raise SystemExit(3)": "line 2 can't be run: SystemExit: 3",
+    RETURN + "tables=[('x', ['y'])])": "mine.py: tables[0] has 2 parts",
+    RETURN + "tables=[('x', ['y'], [['z', 'z']])])": "tables[0]: ['z', 'z'] has 2 cells",
+    RETURN + "tables=[('x', ['y'], [[1.5]])])": "tables[0]: 1.5 is not a text",
+    RETURN + "{1.5: {}})": "cases[1.5] = {}",
+    RETURN + "{'x': 3})": "cases['x'] = 3",
+    RETURN + "figures={'x': 3})": "figures['x'] = 3 is not a figure",
+    RETURN + "trajectories={'../x': 3})": "'../x' can't be the name of a file",
+    RETURN + "claims={'x': 'y'})": "claims['x'] = 'y' is not True or False",
 }
 
 FILES = [

@@ -77,7 +77,9 @@ def run(
         try:
             custom = {"custom": own_case(impact, values, own_balls, figures)} if own else {}
         except UserError as error:
-            option = next((o for o in set_ or [] if o.partition("=")[0] == error.variable), None)
+            option = next(
+                (o for o in set_ or [] if o.partition("=")[0].strip() == error.variable), None
+            )
             raise UserError(f"--set {option}: {error}" if option else str(error)) from error
         source = f"{impact.description.modelName}.fmu, GUID {impact.description.guid}"
         advance(len(paths) + own, "writing")
@@ -104,6 +106,8 @@ def own_case(
     from golf_impact.runs import METRICS
 
     result = Result("Your case" if len(balls) < 2 else "Your cases")
+    if len({Path(one.name).stem for one in balls}) < len(balls):
+        raise UserError("two balls have the same name: rename a file")
     cells, curves = [], {}
     chosen: list[Ball | None] = [*balls] if balls else [None]
     for one in chosen:
