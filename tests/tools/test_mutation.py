@@ -37,7 +37,7 @@ def test_mutants_of_a_file(file, tmp_path, monkeypatch):
 
 
 def test_a_sample_follows_from_the_seed(monkeypatch):
-    folders = "fmu_src/host", "fmu_src/native", "scenarios/golf_impact/explore"
+    folders = "build/golf_build", "fmu_src/native", "scenarios/golf_impact/explore"
     some = {folder: mutants.packages()[folder] for folder in folders}
     monkeypatch.setattr(mutants, "packages", lambda: some)
     one, other = (mutants.sample(60, seed) for seed in (1, 2))
