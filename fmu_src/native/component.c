@@ -1,4 +1,4 @@
-/* component/component.py, outputs.py and state.py: one instance.
+/* component/component.py and modes.py: one instance.
 
    A communication step only advances the clock; outputs are evaluated when they are read. A refused
    call changes nothing: its effects are computed first, and take place only as a whole. */

@@ -15,7 +15,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "variables.h" /* made by golf_build.native from golf_physics */
+#include "variables.h" /* made by golf_build.native_header from golf_physics */
 
 /* The same bits on all machines: no fused multiplication and addition, also where an importer
    compiles this with options of its own. */

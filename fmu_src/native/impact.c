@@ -162,7 +162,7 @@ static void clamp_state(const Impact *i, const Parameters *p, State *s, double t
     }
 }
 
-/* The larger of the peak so far and that of a phase that begins at a time, and its time. */
+/* The larger of the peak so far and that of the present phase, and its time. */
 static Peak later_peak(const Results *before, Peak peak)
 {
     double time = before->contact_time, most = before->max_force;
