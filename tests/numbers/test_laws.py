@@ -1,7 +1,7 @@
 """Properties of every contact law of the table, and of one that is added to it.
 
 The reference is an integration of a law's `force` by SciPy's DOP853. So phases that differ from the
-equations are found in co-simulation, in Model Exchange, by any steps.
+equations are found, by any steps. Model Exchange has no phases: test_fmi3.py.
 """
 
 import os
@@ -11,7 +11,6 @@ import zipfile
 from functools import cache
 from itertools import pairwise
 
-import fmpy
 import pytest
 from cases import integrated
 from command import ROOT, checkout
@@ -68,24 +67,6 @@ def test_co_simulation_against_the_equations(way_of, law, steps):
         gained = 0.0625 * rows[-1]["ball_velocity"]
         assert gained == pytest.approx(rows[-1]["impulse"], rel=1e-13)
         assert rows[-1]["momentum"] == pytest.approx(0.21 * 35.0, rel=1e-13)
-
-
-@every_law
-@pytest.mark.model_exchange
-def test_model_exchange_against_the_equations(fmi3_path, law):
-    names = ("ball_velocity", "club_velocity", "contact_time")
-    result = fmpy.simulate_fmu(
-        str(fmi3_path),
-        fmi_type="ModelExchange",
-        stop_time=END,
-        relative_tolerance=1e-10,
-        output_interval=END / 10,
-        start_values={"law": law, **VALUES},
-        output=[*names, "separated"],
-    )
-    assert result["separated"][-1]
-    expected = {name: exact(law)[name] for name in names}
-    assert_close({name: result[name][-1] for name in names}, expected, SCALES, 1e-6, law=law)
 
 
 @every_law
