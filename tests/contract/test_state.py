@@ -24,14 +24,17 @@ _IMPACTS = [values | {"club_force": 300.0} for values in KINDS.values()]
 #: By model: values of runs, step size (s; a contact is some 300 steps), and how many steps.
 RUNS = {
     "ClubBallImpact": (_IMPACTS, 2e-6, 150),
-    "Swing": ([{}, {"prescribed_speed": 40.0}], 1e-3, 300),
+    # Into the downswing, 2 ms before the ball.
+    "Swing": ([{}, {"prescribed_speed": 40.0}], 3.2e-3, 300),
     "Launch": ([_SEPARATED | _SPEEDS, {}], 1e-3, 3),
     "BallFlight": ([_SEPARATED, {}], 1e-3, 300),
 }
 
 
 def inputs_at(model, n):
-    """k and b, changed now and then, in contact too."""
+    """k and b, changed now and then, in contact too; of a swing an impulse on the head."""
+    if model == "Swing":
+        return {"impulse": 3.0 if n >= 297 else 0.0}
     if model != "ClubBallImpact":
         return {}
     return {"k": 1e6 + 2e5 * ((n // 60) % 3), "b": 9.0 + 5.0 * ((n // 90) % 2)}
@@ -58,7 +61,7 @@ for folder, data, first, inputs, step in json.loads(sys.stdin.read()):
     for n, one in enumerate(inputs, first):
         fmus.put(slave, **one)
         slave.doStep(n * step, step)
-    print(repr(fmus.get_all(slave)))
+        print(repr(fmus.get_all(slave)))
     fmus.discard(slave)
 """
 
@@ -75,7 +78,7 @@ def test_a_state_moves_to_another_process_in_mid_contact(any_fmu, number):
         for n, one in enumerate(inputs, first):
             any_fmu.set(**one)
             assert any_fmu.step(step, n * step)
-        expected.append(repr(fmus.get_all(any_fmu.slave)))
+            expected.append(repr(fmus.get_all(any_fmu.slave)))
         tasks.append([any_fmu.slave.unzipDirectory, data.hex(), first, inputs, step])
     done = run_python(_OTHER, HERE, input=json.dumps(tasks))
     assert done.stdout.splitlines() == expected

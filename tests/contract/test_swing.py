@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from conftest import some
 from fmpy.fmi1 import FMICallException
-from fmus import get, get_all, put
+from fmus import get, put
 from golf_physics.companions.double_pendulum import HELD, RELEASED, Golfer, Motion, State
 from scipy.integrate import solve_ivp
 
@@ -282,51 +282,6 @@ def test_a_step_of_more_than_half_the_swing_is_refused(companion):
         swing.doStep(0.0, 0.49)
     swing.doStep(0.0, 0.48)
     assert get(swing, "arm_angle")[0] < 0.0
-
-
-@pytest.mark.parametrize(
-    ("at", "values"), [(40, {}), (850, {}), (964, {}), (40, {"prescribed_speed": 35.0})]
-)
-def test_rollback(companion, at, values):
-    """While the club is taken back, in the downswing, after an impulse, in a prescribed rise."""
-
-    def run(slave, begin, end):
-        seen = []
-        for n in range(begin, end):
-            put(slave, impulse=3.0 if n >= 963 else 0.0)
-            slave.doStep(n * 1e-3, 1e-3)
-            seen.append(get_all(slave))
-        return seen
-
-    slave, other = (companion("Swing", **values) for _ in range(2))
-    run(slave, 0, at)
-    state = slave.getFMUstate()
-    packed = slave.serializeFMUstate(state)
-    straight = run(slave, at, at + 20)
-    other.setFMUstate(other.deSerializeFMUstate(packed))
-    assert run(other, at, at + 20) == straight
-    # Also after what the other did with it.
-    slave.setFMUstate(state)
-    assert run(slave, at, at + 20) == straight
-
-
-def test_a_swing_by_hand(companion):
-    """A rigid pendulum that falls by 90°: ω² = 2 · 0.95 kg·m · g / 0.875 kg·m² = 16/s².
-
-    The club is a point of 0.3 kg, at 1.5 m from the shoulder.
-    """
-    swing = companion(
-        "Swing", arm_length=0.5, arm_first_moment=0.5, arm_inertia=0.2, club_length=1.0,
-        club_mass=0.3, club_first_moment=0.3, club_inertia=0.3, max_shoulder_torque=0.0,
-        max_wrist_torque=0.0, arm_start=math.pi / 2, wrist_start=0.0, release_angle=0.0,
-        gravity=14.0 / 1.9, plane_angle=math.pi / 2,
-    )  # fmt: skip
-    n = 0
-    while get(swing, "club_speed")[0] <= 0.0:
-        swing.doStep(n * 1e-3, 1e-3)
-        n += 1
-    names = "club_speed", "effective_mass", "energy"
-    assert get(swing, *names) == pytest.approx([6.0, 0.3, 7.0], rel=1e-12)
 
 
 @pytest.mark.parametrize("stage", [HELD, RELEASED])
