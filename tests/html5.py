@@ -22,16 +22,22 @@ class _Page(HTMLParser):
         assert self.open.pop() == tag, self.getpos()
 
 
-def check_page(text):
-    """Assert that elements are closed; that language, main, one h1 and alt texts are there."""
+def elements(text):
+    """Attributes of its elements by tag; all must be closed."""
     page = _Page()
     page.feed(text)
     assert page.open == []
-    assert page.seen["html"][0]["lang"]
-    assert [len(page.seen[tag]) for tag in ("main", "h1")] == [1, 1]
-    assert any(one.get("name") == "viewport" for one in page.seen["meta"])
-    assert all(image["alt"] for image in page.seen.get("img", []))
-    ids = [one["id"] for each in page.seen.values() for one in each if "id" in one]
+    return page.seen
+
+
+def check_page(text):
+    """Assert that elements are closed; that language, main, one h1 and alt texts are there."""
+    seen = elements(text)
+    assert seen["html"][0]["lang"]
+    assert [len(seen[tag]) for tag in ("main", "h1")] == [1, 1]
+    assert any(one.get("name") == "viewport" for one in seen["meta"])
+    assert all(image["alt"] for image in seen.get("img", []))
+    ids = [one["id"] for each in seen.values() for one in each if "id" in one]
     assert len(ids) == len(set(ids))
-    targets = [one["href"] for one in page.seen.get("a", [])]
+    targets = [one["href"] for one in seen.get("a", [])]
     assert all(target[1:] in ids for target in targets if target.startswith("#"))

@@ -5,7 +5,6 @@ import os
 import re
 import sys
 import zipfile
-from html.parser import HTMLParser
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -23,6 +22,7 @@ from golf_physics.variables import (
     STATES,
     VARIABLES,
 )
+from html5 import elements
 from lxml import etree
 from reference_results import FOLDER, reference_results
 
@@ -191,41 +191,19 @@ def test_terminals_and_icon(fmu, content):
 # The page in documentation
 
 
-class _Page(HTMLParser):
-    """Links, pictures, texts of headings and first cells, and the names of meta elements."""
-
-    def __init__(self, text):
-        super().__init__()
-        self.files, self.metas, self.names, self._open = set(), set(), [], []
-        self.feed(text)
-
-    def handle_starttag(self, tag, attributes):
-        found = dict(attributes)
-        self.files |= {found[key] for key in ("href", "src") if key in found}
-        if tag == "meta":
-            self.metas.add(found.get("name"))
-        else:
-            self._open.append(tag)
-            if tag == "img":
-                self._open.pop()
-
-    def handle_endtag(self, tag):
-        assert self._open.pop() == tag
-
-    def handle_data(self, data):
-        if self._open[-2:] == ["th", "code"]:
-            self.names.append(data)
-
-
 def check_page(file):
     """The page of an FMU has every variable, and its links lead to files beside it."""
     about = fmpy.read_model_description(str(file))
     with zipfile.ZipFile(file) as archive:
         text, inside = archive.read("documentation/index.html").decode(), archive.namelist()
-    page = _Page(text)
-    assert {"viewport", "color-scheme"} <= page.metas
-    assert page.names == [v.name for v in about.modelVariables]
-    assert {f"documentation/{name}" for name in page.files} <= set(inside)
+    seen = elements(text)
+    assert {"viewport", "color-scheme"} <= {meta.get("name") for meta in seen["meta"]}
+    names = re.findall(r"<th[^>]*><code>(.*?)</code>", text)
+    assert names == [v.name for v in about.modelVariables]
+    files = {
+        one[key] for each in seen.values() for one in each for key in one.keys() & {"href", "src"}
+    }
+    assert {f"documentation/{name}" for name in files} <= set(inside)
     return text
 
 
