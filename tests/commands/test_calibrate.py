@@ -201,6 +201,12 @@ def test_what_is_fixed():
     assert [*calibrate(contact_time=6e-4, fix={"b": 37}).parameters] == ["k"]
 
 
+def test_a_name_that_it_does_not_have():
+    """Among them an option of the command that isn't used: it passes all of them on."""
+    with pytest.raises(UserError, match="'unheard_of'"):
+        calibrate(**TWO, unheard_of="1")
+
+
 @pytest.mark.parametrize("exponent", some(1, [1.0, "free"]))
 def test_profiles_of_curves(exponent):
     """Touch lies between two rows, where χ² has cusps: they are narrower than linear intervals.

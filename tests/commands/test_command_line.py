@@ -1,8 +1,6 @@
 """The command line as such: help, options, what is refused, unusual folders, streams, signals."""
 
-import ast
 import contextlib
-import inspect
 import json
 import os
 import random
@@ -13,7 +11,6 @@ import stat
 import subprocess
 import sys
 import tempfile
-from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -27,7 +24,6 @@ from command import (
     run_python,
 )
 
-import golf_impact
 from golf_build import VERSION
 from golf_build.archive import SUMS, unpack, write_archive
 from golf_impact.commands.app import app
@@ -56,21 +52,6 @@ def test_version_help_and_list(monkeypatch):
         assert "Usage" in done.stdout
         assert " <" not in done.stdout
         assert max(map(len, done.stdout.splitlines())) <= 80
-
-
-@pytest.mark.parametrize("name", COMMANDS)
-def test_every_option_is_used(name):
-    """By name in the command's function, or by a function that rejects unknown names."""
-    function = COMMANDS[name]
-    tree = ast.parse(inspect.getsource(import_module(function.__module__)))
-    (body,) = (node for node in tree.body if getattr(node, "name", "") == function.__name__)
-    loaded = {n.id for n in ast.walk(body) if isinstance(n, ast.Name) and type(n.ctx) is ast.Load}
-    unused = inspect.signature(function).parameters.keys() - loaded
-    if name == "calibrate":
-        with pytest.raises(golf_impact.UserError, match="'unheard_of'"):
-            golf_impact.calibrate(cor=0.7, contact_time=6e-4, unheard_of="1")
-        unused -= unused if "locals" in loaded else set()
-    assert not unused
 
 
 # What is refused: command line and words of the error, in a folder with these

@@ -138,7 +138,7 @@ def by_dop853(rtol: float) -> Way:
 def by_empty_fmu(folder: Path) -> Way:
     """An extracted Empty.fmu: what doStep and its reads cost if nothing is computed."""
 
-    def opened(law: int) -> tuple[Any, Mapping[str, int], Any]:
+    def opened(law: int) -> tuple[Any, Mapping[str, int], Any]:  # noqa: ARG001
         slave, at = _instance(folder)
         slave.exitInitializationMode()
         return slave, dict(zip(METRICS, (at[name] for name in empty_fmu.OUTPUTS))) | at, None
