@@ -10,7 +10,7 @@ import pytest
 from command import run_python
 from conftest import HERE, repeated
 from fmpy.fmi1 import FMICallException
-from ways import FMUS, fmu_file
+from ways import FMUS
 
 NAN, INF = math.nan, math.inf
 
@@ -313,19 +313,6 @@ from fmus import begin, discard, make_instance
 folder = extract(sys.argv[1])
 """
 
-_TRAPPED = """
-slave = begin(make_instance(folder))
-libm = ctypes.CDLL("libm.so.6")
-nan = (ctypes.c_double * 1)(float("nan"))
-references = (ctypes.c_uint * 1)(0)
-libm.feenableexcept(1)
-slave.fmi2SetReal(slave.component, references, 1, nan)
-trapping = libm.fegetexcept()
-libm.fedisableexcept(1)
-print(trapping)
-discard(slave)
-"""
-
 _OWN_HANDLER = """
 signal.signal(signal.SIGINT, print)
 slave = begin(make_instance(folder))
@@ -362,12 +349,6 @@ for _ in range(times):
     discard(slave)
 print(dict(seen))
 """
-
-
-def test_a_host_that_traps_nan(once):
-    """A comparison with NaN would be SIGFPE; flushed to 0, small numbers would be others."""
-    file = fmu_file(once, "native, FMI 2.0")
-    assert run_python(_INSTANCE + _TRAPPED, file, HERE).stdout.splitlines()[-1] == "1"
 
 
 def test_a_hosts_own_handler_stays(fmu_path):

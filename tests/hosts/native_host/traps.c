@@ -60,8 +60,10 @@ int main(int count, char **arguments)
 {
     (void)count;
     srand((unsigned)atoi(arguments[2]));
-    feenableexcept(FE_INVALID | FE_DIVBYZERO | FE_OVERFLOW);
+    int trapped = FE_INVALID | FE_DIVBYZERO | FE_OVERFLOW;
+    feenableexcept(trapped);
     for (int n = atoi(arguments[1]); n > 0; n--) run();
+    if (fegetexcept() != trapped) return 1;
     fmi2Component c = fmi2Instantiate(NULL, fmi2CoSimulation, TOKEN, NULL, NULL, 0, 0);
     call_with_null(NULL);
     call_with_null(c);
