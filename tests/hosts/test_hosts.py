@@ -5,6 +5,7 @@ fmusim is on PATH. test_native.py has native FMUs on other platforms and without
 """
 
 import csv
+import multiprocessing
 import os
 import re
 import shutil
@@ -15,9 +16,9 @@ from pathlib import Path
 
 import fmpy
 import pytest
-from command import outputs, run
+from command import ROOT, outputs, run
 from compare import assert_close
-from conftest import CRITERIA, EXPECTED, FILES, LAW_2_CONTACT, holds_c, repeated, some
+from conftest import CRITERIA, EXPECTED, FILES, HERE, LAW_2_CONTACT, holds_c, repeated, some
 from fmus import begin, discard, get, make_instance
 from programs import HOST_TASKS, require, run_importer
 
@@ -294,7 +295,31 @@ def test_task(request, exact, adapter, path, task, tolerance):
     assert cases
 
 
-# What a host has of its own
+# What a host has of its own: fmpy
+
+_PROCESSES = """
+import multiprocessing, sys
+sys.path[:0] = sys.argv[2], sys.argv[2] + "/hosts"
+from test_hosts import EXPECTED, assert_close, one_run
+
+if __name__ == "__main__":
+    extracted, method = sys.argv[1], sys.argv[3]
+    one_run(extracted, 1)  # a fork then has a loaded FMU in it
+    with multiprocessing.get_context(method).Pool(2) as pool:
+        laws = [1, 2] * 4
+        for law, results in zip(laws, pool.starmap(one_run, [(extracted, law) for law in laws])):
+            assert_close(results, EXPECTED[law])
+    print("done")
+"""
+
+
+@pytest.mark.ci
+@pytest.mark.parametrize("method", multiprocessing.get_all_start_methods())
+def test_processes(extracted, tmp_path, method):
+    script = tmp_path / "processes.py"
+    script.write_text(_PROCESSES)
+    done = run(sys.executable, script, extracted, HERE, method, cwd=ROOT)
+    assert done.stdout.strip().endswith("done"), done.stderr[-2000:]
 
 
 # fmu-manipulation-toolbox

@@ -63,6 +63,23 @@ def test_the_right_branch_after_b_has_changed(way_of, distance):
     assert check(way_of("in process"), case, tolerance) == (distance < 0.0)
 
 
+@pytest.mark.parametrize(
+    ("ratio", "zeta", "separates"),
+    # The borders that theory gives: 2.9101 for the document's masses, 2 for equal ones, and a gap
+    # between 0.414 and 0.846 for a mass ratio of 0.15.
+    [
+        (0.04593 / 0.21, 2.910, True), (0.04593 / 0.21, 2.911, False),
+        (1.0, 1.9999, True), (1.0, 2.0001, False),
+        (0.15, 0.41, True), (0.15, 0.42, False), (0.15, 0.84, False), (0.15, 0.85, True),
+    ],
+)  # fmt: skip
+def test_law_1_separates_or_not(way_of, ratio, zeta, separates):
+    mu = 0.21 * ratio / (1.0 + ratio)
+    way = way_of("in process").begin({"m_ball": 0.21 * ratio, "b": 2.0 * zeta * (1e6 * mu) ** 0.5})
+    assert way.step(100.0)
+    assert way["separated"] == separates
+
+
 def test_a_maximum_beside_the_start():
     """Newton's method would begin before it: extended precision finds it."""
     # The largest compression is 1.037 times that at the start.
