@@ -20,7 +20,7 @@ Out = Annotated[Path, Option("--out", metavar="FOLDER", help="Folder of the resu
 
 
 def bench(
-    quick: Annotated[bool, Option("--quick", help="Fewer points and repetitions.")] = False,
+    quick: Annotated[bool, Option("--quick", help="Coarse grid, fewer repetitions.")] = False,
     folder: Out = RESULTS,
 ) -> int:
     """Compare run time and error with other calls and other methods.
