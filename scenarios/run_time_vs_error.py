@@ -1,4 +1,4 @@
-"""Run time and error of S, COR and E of an impact: this FMU beside other calls and other methods.
+"""Run time and error of S, COR and E of an impact: this FMU, other calls and other methods.
 
 The document's impact under both laws; k changes at every impact, so that no result is in a cache.
 What is needed only once (extraction, instances, initialization) is prepared outside the timer.
@@ -43,7 +43,7 @@ def measure(impact, law, compared, quick):
 
 
 def plot(rows):
-    """The work–precision diagram under both laws: error over run time."""
+    """The work–precision diagram under both laws: error against run time."""
     figure, both = plt.subplots(1, 2, sharey=True, figsize=(10.0, 4.6), layout="constrained")
     for axes, (law, damping) in zip(both, LAWS.items()):
         for name in dict.fromkeys(row["name"] for row in rows[law]):

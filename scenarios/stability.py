@@ -1,4 +1,4 @@
-"""Impacts far beyond golf by any communication steps: beside 80 digits, and by invariants.
+"""Impacts far beyond golf by any communication steps: 80-digit arithmetic and invariants.
 
 Errors are on the scales of golf_impact.scales. A seed repeats all impacts and steps.
 """
@@ -41,7 +41,7 @@ def list_impacts(seed, quick):
 
 
 def plot(points):
-    """Errors beside the reference, over the number of steps and the damping ratio."""
+    """Errors from the reference, against the number of steps and the damping ratio."""
     figure, (left, right) = plt.subplots(
         1, 2, sharey=True, figsize=(10.0, 4.2), layout="constrained"
     )

@@ -84,7 +84,7 @@ def _ball(name: str, table: dict[str, Any]) -> Ball:
         for values in (table, conditions)
     )
     if not table:
-        raise UserError(f"{name} is no ball: give it lines such as law = 2, k = 8e5, b = 30")
+        raise UserError(f"{name} is not a ball: give it lines such as law = 2, k = 8e5, b = 30")
     try:
         names = tuple(uncertainty["parameters"])
         rows = tuple(map(tuple, uncertainty["covariance"]))

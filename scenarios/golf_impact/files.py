@@ -25,7 +25,7 @@ def read_toml(path: Path | str) -> dict[str, Any]:
     except OSError as error:
         raise UserError(f"can't read {path}: {error.strerror}") from error
     except (ValueError, RecursionError) as error:
-        raise UserError(f"{path} is no TOML file: {error}") from error
+        raise UserError(f"{path} is not a TOML file: {error}") from error
     return tables
 
 
@@ -44,7 +44,7 @@ def check(path: Path) -> None:
     except OSError as error:
         why = f"{error.strerror}; choose another place"
         if isinstance(error, FileExistsError | NotADirectoryError):
-            why = f"{existing} is no folder; choose another one"
+            why = f"{existing} is not a folder; choose another one"
         raise UserError(f"can't write {path}: {why}") from error
 
 

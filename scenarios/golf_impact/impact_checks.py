@@ -54,7 +54,7 @@ def follow(impact: Impact, time: float, steps: Steps) -> Path:
 def check(
     impact: Impact, case: ImpactCase, rng: random.Random, exact: bool = False, equal: int = 64
 ) -> Iterator[Error]:
-    """Errors of an impact by several patterns of steps; `exact`: beside the reference, too.
+    """Errors of an impact by several patterns of steps; `exact`: from the reference, too.
 
     FMICallException: the FMU refuses a step.
     """
@@ -183,7 +183,7 @@ def state_error(impact: Impact, case: ImpactCase, steps: Sequence[Segment]) -> f
 def reference_errors(
     steps: Steps, path: Path, scales: Scales, rows: Mapping[int, int]
 ) -> Iterator[tuple[str, float]]:
-    """Errors of outputs (all but mean_force) after some steps, beside arithmetic of 80 digits.
+    """Errors of outputs (all but mean_force) after some steps, compared with 80-digit arithmetic.
 
     `rows` has the row of the path by the number of the step, from 0 on.
     """

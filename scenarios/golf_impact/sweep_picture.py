@@ -1,4 +1,4 @@
-"""The picture of a sweep: its first output over the swept variables."""
+"""The picture of a sweep: its first output against the swept variables."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _NAMED, _LINES, _POINTS = ("ball", "law"), 7, 2000
 
 
 def draw(design: Design, drawn: np.ndarray, axes: Axes) -> None:
-    """Plot the first output: a histogram of samples, or lines over the longest axis of the grid.
+    """Plot the first output: a histogram of samples, or lines against the longest axis of the grid.
 
     Each line is of a value of the next axis, at most seven of them, or of each ball or law; further
     axes stand at their first value. Of samples the lines are medians, with a band of 5 to 95 %.

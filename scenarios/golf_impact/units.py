@@ -48,7 +48,7 @@ def _split(text: str) -> tuple[str, str]:
             raise ValueError(f"write {point}, with a decimal point") from None
         if match := _NUMBER.fullmatch(text.strip()):
             return match[1], match[2]
-        raise ValueError(f"{text!r} is no number (e.g. 1.5)") from None
+        raise ValueError(f"{text!r} is not a number (e.g. 1.5)") from None
     return text, ""
 
 

@@ -116,7 +116,7 @@ def test_a_value_with_a_unit(text, unit, value):
     ("text", "words"),
     [
         *(
-            (text, r"m/s, mph, km/h|no number")
+            (text, r"m/s, mph, km/h|not a number")
             for text in ("95 knots", "5 kg", "fast", "5e", "mph")
         ),
         ("1,5", r"write 1\.5,"),

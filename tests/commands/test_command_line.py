@@ -78,7 +78,7 @@ REFUSED = {
     "run baselin": "did you mean baseline?",
     "run :100:": ":100:",
     "run --set stiffness=1": "'stiffness': choose from k, b, club_speed",
-    "run --set k=hard": "'hard' is no number",
+    "run --set k=hard": "'hard' is not a number",
     "run --set gap=0,2": "write 0.2",
     "run --set k": "NAME=VALUE",
     "run --set b=9 --set gap=-1e-3": "--set gap=-1e-3: gap = -0.001 m is refused: it must be a fin",
@@ -132,8 +132,8 @@ REFUSED = {
     "sweep --out x.csv --set k=1:2:100000 --set b=1:2:100000": "10,000,000,000 cases are refused",
     # What stands in place of a folder or a file; noticed before the FMU is checked.
     "run --ball 40.toml --ball reports/../40.toml": "two balls have the same name",
-    "run --fmu none.fmu --out file": "file is no folder; choose another one",
-    "run --fmu none.fmu --out file/below": "file is no folder; choose another one",
+    "run --fmu none.fmu --out file": "file is not a folder; choose another one",
+    "run --fmu none.fmu --out file/below": "file is not a folder; choose another one",
     "run laws --fmu none.fmu --out reports": "reports/report.html",
     "run laws --fmu none.fmu --out link": "can't write link",
     "run laws --fmu none.fmu --out link/below": "can't write link",
@@ -201,9 +201,9 @@ NAMED = "k = 8e5\n[uncertainty]\ncovariance = [[1]]\nparameters = "
 
 #: Balls; each has words of its error.
 BALLS = {
-    "": "is no ball",
-    "title = 'x'": "is no ball",
-    "k = ": "no TOML",
+    "": "is not a ball",
+    "title = 'x'": "is not a ball",
+    "k = ": "not a TOML",
     "k = 'stiff'": "k = 'stiff' is refused",
     "k = '8e5 N'": "'N' isn't a unit it may have: N/m, kN/m, N/mm",
     "k = true": "k = True is refused",

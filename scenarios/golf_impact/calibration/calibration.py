@@ -1,4 +1,4 @@
-"""A calibration: a contact law fitted to measurements, beside other laws, and what follows."""
+"""A calibration: a contact law fitted to measurements, other laws, and what follows."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Interval(NamedTuple):
 
 
 class Calibration(Fit):
-    """A contact law fitted to measurements, beside other laws.
+    """A contact law fitted to measurements, compared with other laws.
 
     Attributes:
         data: the measurements.

@@ -101,7 +101,7 @@ class Priors(Scalars):
 
 @dataclass(frozen=True)
 class Series:
-    """COR over approach speed, arrays (n,); the parent of curves."""
+    """COR against approach speed, arrays (n,); the parent of curves."""
 
     name: str  #: the file, or the argument in Python
     where: Callable[[int], str]  #: the place of a row (from 0), for messages
@@ -209,7 +209,7 @@ def _forces(times: np.ndarray, impact: Values) -> np.ndarray:
 def conditioned(curve: Curve, baseline: str) -> Curve:
     """The curve with a force above 0, its baseline found, without rows at the sensor's limit.
 
-    UserError: it is no curve of a contact, or its impulse isn't possible.
+    UserError: it is not the curve of a contact, or its impulse isn't possible.
     """
     x, y, notes = curve.x, curve.y, []
     if (backward := np.flatnonzero(np.diff(x) <= 0.0)).size:

@@ -46,7 +46,7 @@ def pairs_of(pairs: Iterable[str], form: str, option: str = "--set") -> dict[str
 def take_conditions(balls: "Iterable[Ball]", given: Container[str]) -> dict[str, float]:
     """Conditions in the files of balls, as far as they aren't given otherwise; prints them.
 
-    Values that look like those of another unit are remarked on.
+    Warns about values that look like those of another unit.
     """
     from golf_impact.ball import conditions_of
 

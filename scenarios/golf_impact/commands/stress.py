@@ -15,7 +15,7 @@ def stress(
     folder: Out = RESULTS,
     seed: Annotated[int, Option(metavar="N", help="Repeat the run with this seed.")] = 20,
 ) -> int:
-    """Check impacts far beyond golf beside a reference of 80 digits.
+    """Compare impacts far beyond golf with 80-digit arithmetic.
 
     Exit code 1: an error is above its tolerance. stress.json has the case of each largest error.
     """

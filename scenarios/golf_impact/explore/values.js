@@ -8,7 +8,7 @@ const digits = (value, size) => Number((value / size).toPrecision(6))
 function read(quantity, text, unit) {
   const refuse = (why) => { throw new Refused(`${quantity.name}=${text} is refused: ${why}`, quantity.name) }
   const [, number, given] = text.trim().replace("−", "-").match(/^([-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:e[-+]?\d+)?)\s*([^\d\s,.].*)?$/i) ?? []
-  if (number == undefined) refuse(/^[-+]?\d+(,\d{3})+/.test(text.trim()) ? `write ${text.replaceAll(",", "")}` : `'${text}' is no number (e.g. 1.5)`)
+  if (number == undefined) refuse(/^[-+]?\d+(,\d{3})+/.test(text.trim()) ? `write ${text.replaceAll(",", "")}` : `'${text}' is not a number (e.g. 1.5)`)
   if (/^[-+]?[1-9]\d{0,2},\d{3}$/.test(number)) refuse(`write ${number.replace(",", "")} or ${number.replace(",", ".")}`)
   const [si, size] = given ? facts.symbols[symbolOf(given)] ?? [] : [quantity.si, sizeOf(unit)]
   const known = () => Object.keys(facts.symbols).filter((symbol) => facts.symbols[symbol][0] == quantity.si).join(", ")
