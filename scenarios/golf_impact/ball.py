@@ -68,7 +68,8 @@ def read_ball(path: Path | str) -> Ball:
 
 
 def _ball(name: str, table: dict[str, Any]) -> Ball:
-    title, source = str(table.pop("title", f"of {name}")), str(table.pop("source", name))
+    stem = Path(name).stem
+    title, source = str(table.pop("title", f"of {stem}")), str(table.pop("source", stem))
     speeds, limits = tuple(table.pop("speeds", ())), str(table.pop("limits", ""))
     if speeds and not (len(speeds) == 2 and all(map(_is_number, speeds)) and speeds[0] < speeds[1]):
         raise UserError(f"{name}: speeds = {[*speeds]} is refused: it takes two, in m/s, rising")

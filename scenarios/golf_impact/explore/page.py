@@ -3,6 +3,7 @@
 import base64
 import json
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
@@ -85,6 +86,9 @@ def _read(name: str) -> str:
 
 def _facts(values: Mapping[str, float], own: Ball | None) -> dict[str, Any]:
     """What the scripts take from the project's tables."""
+    if own:
+        # A page is passed on: it doesn't tell in which folder its author's ball is.
+        own = replace(own, name=Path(own.name).stem)
     balls = {**BALLS, own.name: own} if own else BALLS
     return {
         "version": VERSION,
