@@ -69,6 +69,16 @@ def test_it_opens_with_the_case_asked_for(tab, tmp_path):
     check(tab.open("?law=1&club_speed=95mph"), club_speed=42.4688)
     check(tab.open("#law=2&k=-1"), **OPENING)
     assert tab.text("k_refused") == "k = -1.0 N/m is refused: it must be a finite number > 0"
+    # All that is refused, whatever else is ignored; the simple level keeps what it can show.
+    check(tab.open("#k=-5&club_speed=abc&b=-1&foo=3&level=simple"), law=2, b=30.0)
+    for name in ("k", "club_speed", "b"):
+        assert "is refused" in tab.text(f"{name}_refused")
+        assert tab.get(name).get_attribute("aria-invalid") == "true"
+    first, second = (
+        "Refused: see Club speed, Stiffness k, Damping b.",
+        "Ignored in the address: foo.",
+    )
+    assert (first in tab.text("hint"), second in tab.text("hint")) == (True, True)
     # Of older pages.
     check(tab.open("?law=2&dynamic_loft=0.2&friction=0.3&level=simple"), law=2)
     assert tab.text("hint").startswith("Ignored in the address: dynamic_loft, friction.")

@@ -23,20 +23,29 @@ const isSimple = () => get("level").value == "simple"
 const opening = () => facts.opening[get("level").value]
 const presetOf = (kind, values) => facts[kind].find((one) => Object.entries(one.values).every(([name, value]) => values[name] == value))
 
+// Why an action is refused, by the name that is concerned; empty if it is done.
+function refusals(action, name) {
+  try {
+    action()
+    return {}
+  } catch (error) {
+    if (!(error instanceof Refused)) throw error
+    return {[error.about || name]: error.message}
+  }
+}
+function solve(values) {
+  const result = physics.impact(values)
+  return {values, ...result, path: physics.path(values, result)}
+}
+
 // Show the case with these values, or why it is refused at the control that is concerned.
 function request(changes, control = Object.keys(changes)[0]) {
   requested = {...requested, ...changes}
-  try {
-    const result = physics.impact(requested)
-    shown = {values: requested, ...result, path: physics.path(requested, result)}
-    refuse()
-    draw()
-    return true
-  } catch (error) {
-    if (!(error instanceof Refused)) throw error
-    refuse(error.message, error.about || control)
-    return false
-  }
+  const refused = refusals(() => { shown = solve(requested) }, control)
+  refuse(refused)
+  const isAccepted = shown.values == requested
+  if (isAccepted) draw()
+  return isAccepted
 }
 function change(changes) {
   const before = shown.values
@@ -60,13 +69,19 @@ function undo() {
   if (values) request(values)
 }
 
-function refuse(why = "", name = "") {
-  for (const place of document.querySelectorAll(".refused")) setText(place, place.id == `${name}_refused` ? why : "")
-  for (const one of quantities.keys()) get(one).setAttribute("aria-invalid", why != "" && one == name)
-  const place = get(`${name}_refused`)
-  place?.closest("details")?.setAttribute("open", "")
-  if (why) setText(get("hint"), place ? `Refused: see ${quantities.get(name)?.label ?? name}. The pictures show the last accepted case.` : why)
-  setText(get("announced"), why)
+// Say why values are refused: at their controls, on top if they have none.
+function refuse(refused = {}) {
+  for (const place of document.querySelectorAll(".refused")) {
+    const why = refused[place.id.replace("_refused", "")] ?? ""
+    setText(place, why)
+    if (why) place.closest("details")?.setAttribute("open", "")
+  }
+  for (const name of quantities.keys()) get(name).setAttribute("aria-invalid", name in refused)
+  const names = Object.keys(refused), labels = names.filter((name) => get(`${name}_refused`)).map((name) => quantities.get(name)?.label ?? name)
+  const others = names.filter((name) => !get(`${name}_refused`)).map((name) => refused[name])
+  if (labels.length) others.unshift(`Refused: see ${labels.join(", ")}. The pictures show the last accepted case.`)
+  if (names.length) setText(get("hint"), others.join(" "))
+  setText(get("announced"), Object.values(refused).join(". "))
 }
 
 // ADDRESS: SI units, the FMU's names; at least one of them, since an empty address is the opening.
@@ -84,7 +99,7 @@ function setAddress() {
   addressSoon = setTimeout(() => history.replaceState(null, "", location.pathname + hash()), 300)
 }
 
-// Open the case of the address, or else of this file, or else of the level.
+// Open the case of the address, or else of this file, or else of the level: its own where something in the address is refused.
 function openAddress() {
   const {level, unit, ...given} = Object.fromEntries([...new URLSearchParams(location.search), ...new URLSearchParams(location.hash.slice(1))])
   if (facts.speeds.includes(unit)) get("unit").value = unit
@@ -92,16 +107,21 @@ function openAddress() {
   setLevel(level == "simple" ? level : "all")
   const ignored = Object.keys(given).filter((name) => !(name in START)), names = Object.keys(given).filter((name) => name in START)
   remarks = {}
-  requested = names.length ? {...START, ...isSimple() && {law: 2}} : level ? opening() : facts.case ?? opening()
-  try {
-    for (const name of names) requested = {...requested, [name]: read(quantities.get(name) ?? {name, si: ""}, given[name], quantities.get(name)?.si ?? "")}
-    request({}, names[0])
-  } catch (error) {
-    if (!(error instanceof Refused)) throw error
-    requested = shown.values
-    refuse(error.message, error.about)
+  const base = names.length ? {...START, ...isSimple() && {law: 2}} : level ? opening() : facts.case ?? opening(), refused = {}
+  let values = base
+  for (const name of names) Object.assign(refused, refusals(() => {
+    values = {...values, [name]: read(quantities.get(name) ?? {name, si: ""}, given[name], quantities.get(name)?.si ?? "")}
+  }, name))
+  // The physics names one value at a time: the others show when that one isn't there.
+  for (const first of names) for (const [name, why] of Object.entries(refusals(() => solve(values), first))) {
+    refused[name] = why
+    values = {...values, [name]: base[name]}
   }
-  if (ignored.length) setText(get("hint"), `Ignored in the address: ${ignored.join(", ")}. Inputs are those of ClubBallImpact; loft and flight are in the scenarios loft and system.`)
+  const isRefused = Object.keys(refused).length > 0
+  if (isRefused) remarks = {}
+  request(isRefused ? opening() : values)
+  if (isRefused) refuse(refused)
+  if (ignored.length) setText(get("hint"), `${isRefused ? `${get("hint").textContent} ` : ""}Ignored in the address: ${ignored.join(", ")}. Inputs are those of ClubBallImpact; loft and flight are in the scenarios loft and system.`)
 }
 
 // LEVELS: the simple one is law 2 without exponent, COR line, force, and with a ball at rest.
@@ -304,7 +324,7 @@ function setQuantity({type, target: {name, type: kind, value}}) {
     else if (change(changes) && kind == "range") sliding = name
   } catch (error) {
     if (!(error instanceof Refused)) throw error
-    refuse(error.message, name)
+    refuse({[name]: error.message})
   }
 }
 
@@ -398,7 +418,7 @@ const bytes = Uint8Array.from(atob(get("physics").textContent), (character) => c
 physics = new Physics((await WebAssembly.instantiate(bytes)).instance.exports, facts)
 makePictures()
 openGroups(!isNarrow.matches)
-// It stays where the address is refused.
+// It stays where this file's case can't be drawn.
 request(opening())
 openAddress()
 listen()
