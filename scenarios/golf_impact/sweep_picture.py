@@ -1,4 +1,4 @@
-"""The picture of a sweep: its first output against the swept variables."""
+"""The picture of a sweep: an output against the swept variables."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib import colormaps, rcParams
 
-from golf_impact.quantities import format_unit
-from golf_impact.sweeps import Design
-from golf_impact.units import unit_of
+from golf_build import BY_NAME, UNITS
+from golf_impact.quantities import QUANTITIES, Quantity, format_shortest, format_unit
+from golf_impact.sweeps import Design, varies
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,18 +20,20 @@ _NAMED, _LINES, _POINTS = ("ball", "law"), 7, 2000
 
 
 def draw(design: Design, drawn: np.ndarray, axes: Axes) -> None:
-    """Plot the first output: a histogram of samples, or lines against the longest axis of the grid.
+    """Plot `design.drawn`: a histogram of samples, or lines against the longest axis of the grid.
 
     Each line is of a value of the next axis, at most seven of them, or of each ball or law; further
     axes stand at their first value. Of samples the lines are medians, with a band of 5 to 95 %.
     """
-    output = _label(design.outputs[0])
+    output = _quantity(design.drawn)
+    drawn = drawn * output.factor
     if design.cases == design.shape[-1]:
         usable = drawn[np.isfinite(drawn)]
         # Bins of values that are equal but for rounding would be too narrow for doubles.
-        margin = 1e-4 * np.abs(usable).max()
-        axes.hist(usable, bins=60, range=(usable.min() - margin, usable.max() + margin))
-        axes.set(title=f"{design.cases:,} samples", xlabel=output, ylabel="samples")
+        margin = 0.0 if varies(usable) else 1e-4 * np.abs(usable).max()
+        bins = min(60, round(len(usable) ** 0.5))
+        axes.hist(usable, bins=bins, range=(usable.min() - margin, usable.max() + margin))
+        axes.set(title=f"{design.cases:,} samples", xlabel=output.plain, ylabel="samples")
         return
     grid = {name: values for name, values in design.grid.items() if len(values) > 1}
     # Along amounts rather than names, of which each is a line.
@@ -46,7 +48,7 @@ def draw(design: Design, drawn: np.ndarray, axes: Axes) -> None:
     x = grid[along]
     rising = np.arange(len(x)) if along in _NAMED else np.argsort(x)
     rising = rising[:: -(-len(x) // _POINTS)]
-    x = x[rising].astype(str) if along in _NAMED else x[rising]
+    x = x[rising].astype(str) if along in _NAMED else x[rising] * _quantity(along).factor
     number = table.shape[1]
     # A name isn't between two others.
     most = number if {*others[:1]} & {*_NAMED} else min(number, _LINES)
@@ -55,7 +57,7 @@ def draw(design: Design, drawn: np.ndarray, axes: Axes) -> None:
     colors = colormaps["viridis"](np.linspace(0.0, 0.9, most))
     for n, color in zip(places, colors):
         low, middle, high = _percentiles(table[rising, n])
-        label = f"{_words(others[0])} {_value(grid[others[0]][n])}" if others else None
+        label = _in_words(others[0], grid[others[0]][n]) if others else None
         marker = "o" if len(x) <= _LINES else ""
         (line,) = axes.plot(x, middle, marker=marker, label=label)
         if most > len(rcParams["axes.prop_cycle"]):
@@ -64,9 +66,10 @@ def draw(design: Design, drawn: np.ndarray, axes: Axes) -> None:
             axes.fill_between(x, low, high, color=line.get_color(), alpha=0.2)
     if others:
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    fixed = ", ".join(f"{_words(name)} {_value(grid[name][0])}" for name in others[1:])
-    title = f"{_words(design.outputs[0])} over {_words(along)}"
-    axes.set(title=f"{title} ({fixed})" if fixed else title, xlabel=_label(along), ylabel=output)
+    fixed = ", ".join(_in_words(name, grid[name][0]) for name in others[1:])
+    title = f"{output.name} over {_quantity(along).name}"
+    title += f" ({fixed})" if fixed else ""
+    axes.set(title=title, xlabel=_quantity(along).plain, ylabel=output.plain)
     if len(x) > 2 and x.dtype == float and x[0] > 0.0:
         steps = np.diff(np.log(x))
         axes.set_xscale("log" if np.allclose(steps, steps[0]) else "linear")
@@ -82,15 +85,21 @@ def _percentiles(samples: np.ndarray) -> Any:
         return np.nanpercentile(samples, (5, 50, 95), axis=-1)
 
 
-def _value(value: Any) -> Any:
-    """A number in four digits; anything else as it is."""
-    return float(f"{value:.4g}") if isinstance(value, float) else value
+def _quantity(name: str) -> Quantity:
+    """As in tables, or in the display unit; but speeds in m/s, as everywhere."""
+    row, words = BY_NAME.get(name), name.replace("_", " ")
+    if name in QUANTITIES or row is None:
+        return QUANTITIES.get(name, Quantity(words))
+    if row.display is None or row.unit == "m/s":
+        return Quantity(words, unit=format_unit(row.unit))
+    factor = UNITS[row.unit].display[row.display]
+    return Quantity(words, unit=format_unit(row.display), factor=factor)
 
 
-def _words(name: str) -> str:
-    return name.replace("_", " ")
-
-
-def _label(name: str) -> str:
-    unit = format_unit(unit_of(name))
-    return _words(name) + (f" ({unit})" if unit else "")
+def _in_words(name: str, value: Any) -> str:
+    """A variable's value: a number in four digits, a name as it is."""
+    one = _quantity(name)
+    if name in _NAMED:
+        return f"{one.name} {value}"
+    digits = format_shortest(float(f"{value * one.factor:.4g}"))
+    return f"{one.name} = {digits} {one.unit}".rstrip()

@@ -30,7 +30,7 @@ class Summary(NamedTuple):
 
     refused: int  #: number of cases that were refused
     first: tuple[int, str] | None  #: row (from 1, without the header) of the first, and why
-    drawn: np.ndarray  #: the first output of all cases; NaN without a value
+    drawn: np.ndarray  #: the output of the picture in all cases; NaN without a value
 
 
 def write_table(
@@ -56,13 +56,13 @@ def write_table(
     with opened(path) as stream, _writer(path.suffix.lower(), stream, design) as write:
         for begin in cases[::BLOCK]:
             end = min(begin + BLOCK, cases.stop)
-            columns = design.columns(begin, end)
+            columns = design.columns(np.arange(begin, end))
             found = design.run(columns, impact)
             write({**columns, **found}, found.refused)
             if found.reason and first is None:
                 first = begin + int(found.refused.argmax()) + 1, found.reason
             refused += int(found.refused.sum())
-            drawn.append(np.where(found.refused, np.nan, found[design.outputs[0]]))
+            drawn.append(np.where(found.refused, np.nan, found[design.drawn]))
             progress(end - cases.start)
     return Summary(refused, first, np.concatenate(drawn))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterable, Mapping
+from functools import cached_property
 from itertools import chain
 from math import prod
 from typing import Any
@@ -95,6 +96,11 @@ def _is_random(axis: Axis) -> bool:
     return hasattr(axis, "ppf")
 
 
+def varies(values: np.ndarray) -> bool:
+    """Whether finite values differ by more than rounding."""
+    return values.size > 0 and bool(np.ptp(values) > 1e-9 * np.abs(values).max())
+
+
 class Design:
     """The cases of a sweep, and what is read; arguments and errors as of `sweep`.
 
@@ -146,9 +152,21 @@ class Design:
                 shares[:, n] = axis.ppf(shares[:, n])
                 self._samples[name] = shares[:, n]
 
-    def columns(self, begin: int, end: int) -> dict[str, np.ndarray]:
-        """The swept variables in the cases from `begin` to before `end`, by name."""
-        *points, sample = np.unravel_index(np.arange(begin, end), self.shape)
+    @cached_property
+    def drawn(self) -> str:
+        """The output of the picture: the first that varies in some of the cases, or else the first.
+
+        In a linear law S, COR and E don't depend on speed.
+        """
+        some = np.random.default_rng(0).integers(self.cases, size=1000)
+        found = self.run(self.columns(some)) if len(self.outputs) > 1 else {}
+        columns = {name: np.asarray(found[name], float) for name in found}
+        varied = (name for name, c in columns.items() if varies(c[np.isfinite(c)]))
+        return next(varied, self.outputs[0])
+
+    def columns(self, cases: np.ndarray) -> dict[str, np.ndarray]:
+        """The swept variables in the cases of these numbers, by name."""
+        *points, sample = np.unravel_index(cases, self.shape)
         columns = {name: values[at] for (name, values), at in zip(self.grid.items(), points)}
         columns |= {name: values[sample] for name, values in self._samples.items()}
         return {name: columns[name] for name in self.axes}
@@ -216,7 +234,7 @@ def sweep(
         (array([0., 9., 0., 9.]), array([1.641, 1.562, 1.641, 1.584]))
     """
     design = Design(sets, outputs, samples, seed, method)
-    columns = design.columns(0, design.cases)
+    columns = design.columns(np.arange(design.cases))
     table = design.run(columns)
     # The swept variables first.
     table.update(columns | {name: table.pop(name) for name in design.outputs})
@@ -269,7 +287,7 @@ def _estimates(rows: np.ndarray, generator: np.random.Generator) -> np.ndarray:
     for row in weights[1:]:
         row *= np.bincount(generator.integers(points, size=points), minlength=points)
     for n, of_output in enumerate(rows):
-        if np.ptp(of_output) <= 1e-12 * np.abs(of_output).max():
+        if not varies(of_output):
             continue
         first, second, *mixed = of_output - of_output[:2].mean()
         mean = weights @ (first + second) / 2.0

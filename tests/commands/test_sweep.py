@@ -237,15 +237,15 @@ def test_lines_of_some_values():
     """Seven of eight values of b, which differ; further axes stand at their first value."""
     sets = {"k": "1e6:3e6:9", "club_speed": "40,30", "b": "7,6,5,4,3,2,1,0", "gap": "uniform:0:1"}
     design = Design(sets, ("max_force",), 3)
-    columns = design.columns(0, design.cases)
+    columns = design.columns(np.arange(design.cases))
     force = columns["k"] + columns["b"] + 1e8 * (columns["club_speed"] == 30.0)
     samples = np.tile([-1e3, 0.0, math.nan], len(force) // 3)
     with plotting():
         axes = Figure().subplots()
         draw(design, force + samples, axes)
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("k (N/m)", "max force (N)")
-    assert "(club speed 40.0)" in axes.get_title("left")
-    labels = [f"b {b}.0" for b in (7, 6, 5, 3, 2, 1, 0)]
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("k (N/mm)", "max force (N)")
+    assert "(club speed = 40 m/s)" in axes.get_title("left")
+    labels = [f"b = {b} N·s/m" for b in (7, 6, 5, 3, 2, 1, 0)]
     assert [line.get_label() for line in axes.lines] == labels
     assert len({(*line.get_color(), line.get_linestyle()) for line in axes.lines}) == 7
     for line, b in zip(axes.lines, (7, 6, 5, 3, 2, 1, 0)):
@@ -263,7 +263,25 @@ def test_samples_over_a_grid_and_alone(axes):
     # Values that are equal but for rounding are a histogram, too.
     axes.clear()
     draw(Design({"k": "normal:1e6:1e5"}, ("max_force",), 40), np.full(40, 3.0), axes)
-    assert sum(bar.get_height() for bar in axes.patches) == 40
+    assert [bar.get_height() for bar in axes.patches if bar.get_height()] == [40]
+    # As many bins as can be told apart, whatever little the values vary.
+    axes.clear()
+    draw(Design({"k": "normal:1e6:1e5"}, ("max_force",), 100), np.linspace(3.0, 3.00001, 100), axes)
+    assert [bar.get_height() for bar in axes.patches] == [10] * 10
+
+
+def test_the_first_output_that_varies():
+    """In law 1 S and COR depend on k, not on speed."""
+    names = ("smash_factor", "coefficient_of_restitution", "contact_time", "ball_velocity")
+    for sets, drawn in (
+        ({"club_speed": "30:50:100000", "b": "9"}, "ball_velocity"),
+        # Not in the first of the cases.
+        ({"k": "1e6,2e6", "club_speed": "30:50:100000"}, "smash_factor"),
+        ({"gap": "0"}, "smash_factor"),
+        ({"k": "-1"}, "smash_factor"),
+    ):
+        assert Design(sets, names).drawn == drawn
+    assert Design({"b": "0,5000"}, ("touched", "separated")).drawn == "separated"
 
 
 def test_a_picture_beside_the_table(tmp_path):

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 EPILOG = (
     "Examples: golf-impact sweep --set k=0.5e6:2e6:100 --out k.csv · golf-impact sweep "
     "--set k=log:1e5:1e7:50 --set b=0,9,12 --out k_b.parquet · golf-impact sweep "
-    "--set club_speed=normal:45:2 --samples 1000 --out speed.csv"
+    "--set k=normal:1e6:3e4 --samples 1000 --out samples.csv"
 )
 _SET = (
     "LO:HI:COUNT, log:LO:HI:COUNT, A,B,C, normal:MEAN:SIGMA or uniform:LO:HI, for an input or "
