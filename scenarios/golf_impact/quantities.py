@@ -130,8 +130,15 @@ def format_with_error(value: float, error: float | None) -> str:
         power = math.floor(math.log10(max(abs(value), error)))
         factor, places = 10.0**-power, max(0, decimals + power)
         return f"({value * factor:.{places}f} ± {error * factor:.{places}f})e{power}"
-    places = max(0, decimals)
-    return f"{round(value, decimals):.{places}f} ± {round(error, decimals):.{places}f}"
+    return f"{format_to_error(value, error)} ± {format_to_error(error, error)}"
+
+
+def format_to_error(value: float, error: float | None) -> str:
+    """A value to two digits of its error, without a negative zero; to six if it has none."""
+    if error is None or not 0.0 < error < math.inf:
+        return f"{value:.6g}"
+    decimals = 1 - math.floor(math.log10(error))
+    return f"{round(value, decimals) + 0.0:.{max(0, decimals)}f}"
 
 
 def describe(values: Mapping[str, float]) -> str:

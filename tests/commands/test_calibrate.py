@@ -191,7 +191,8 @@ def test_a_prior_counts_as_a_measurement():
 def test_what_is_fixed():
     short = record(100, lead=0.15, trail=0.25)
     found = calibrate(short, **FREE)
-    assert f"Correlations: C(k, b) = {found.correlations[0, 1]:.2f}, C(k, n) = −" in found.words[-1]
+    words = f"Correlations: C(k, b) = {found.correlations[0, 1]:.2f}, C(k, exponent) = −"
+    assert words in found.words[-1]
     assert re.search(r"C\(k, exponent\) += -", found.fit_report())
     fixed = calibrate(short, fix={"n": 1.6, "b": 37}, **AT)
     assert [*fixed.parameters] == ["k"]
@@ -451,6 +452,15 @@ def test_a_saved_ball(tmp_path):
     errors = [one["standard_error"] for one in written["parameters"].values()]
     assert errors == pytest.approx(np.sqrt(np.diag(written["covariance"])))
     assert written["touch_time"]["value"] == pytest.approx(0.0123, abs=4e-6)
+    # The digits of a value, of its error and of its interval end together.
+    for name, size, unit in (("k", 1.0, "N/m"), ("touch_time", 1e6, "µs")):
+        (row,) = (line for line in done.stdout.splitlines() if line.startswith(f"│ {name} "))
+        found = list(map(float, re.findall(r"[-+\d.]{2,}", row)))
+        assert (len(found), f" {unit} " in row) == (4, True)
+        one = {**written, **written["parameters"]}[name]
+        exact = [one["value"], one["standard_error"], *one["interval"]]
+        places = 1 - math.floor(math.log10(size * exact[1]))
+        assert found == [round(size * x, places) for x in exact]
     (prediction,) = written["predictions"]
     low, value, high = (prediction["smash_factor"][key] for key in ("low", "value", "high"))
     assert 0.0 < high - value == pytest.approx(value - low)

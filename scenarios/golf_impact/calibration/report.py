@@ -13,7 +13,13 @@ from golf_build import VERSION
 from golf_impact.calibration.fit import Estimate, enlargement
 from golf_impact.calibration.measurements import DEFAULT_SIGMA
 from golf_impact.calibration.series import BASELINES, IMPACT, TARGETS
-from golf_impact.quantities import QUANTITIES, Quantity, format_unit, format_with_error
+from golf_impact.quantities import (
+    QUANTITIES,
+    Quantity,
+    format_to_error,
+    format_unit,
+    format_with_error,
+)
 from golf_impact.units import unit_of
 
 #: What is worth a sentence: a χ² that law and σ exceed less often, an AIC lower by this.
@@ -38,7 +44,7 @@ def describe_limits(parameters: Mapping[str, Estimate]) -> dict[str, str]:
     for name, (_, _, (low, high), limit) in parameters.items():
         if limit is not None:
             end = f"at most {high:.3g}" if limit == low else f"at least {low:.3g}"
-            words[name] = f"{end} {_unit(name)}".rstrip()
+            words[name] = f"{end} {_quantity(name).unit}".rstrip()
     return words
 
 
@@ -89,7 +95,7 @@ def sentences(fit: Any) -> list[str]:
     if fit.aic - better.aic > _BETTER and not fit.is_exact:
         lower = f"its AIC is lower by {fit.aic - better.aic:.3g}"
         words.append(f"{better.title} describes these measurements better: {lower}.")
-    names = ["n" if name == "exponent" else name for name in fit.parameters]
+    names = [*fit.parameters]
     pairs = [
         f"C({names[m]}, {names[n]}) = {fit.correlations[m, n]:.2f}".replace("-", "−")
         for m, n in combinations(range(len(names)), 2)
@@ -135,9 +141,12 @@ def _found(fit: Any) -> list[list[str]]:
         number = curve.removeprefix("curve")
         found |= {("touch_time" if of == "touch" else of) + number: own[of] for of in own}
     for name, (value, error, ends, _) in found.items():
-        text = f"{value:.6g} (at its limit)" if error is None else format_with_error(value, error)
-        interval = " to ".join(f"{end:.6g}" for end in ends)
-        rows.append([name, f"{text} {_unit(name)}".rstrip(), interval])
+        one, text = _quantity(name), f"{value:.6g} (at its limit)"
+        if error is not None:
+            error *= one.factor
+            text = format_with_error(value * one.factor, error)
+        interval = " to ".join(format_to_error(end * one.factor, error) for end in ends)
+        rows.append([name, f"{text} {one.unit}".rstrip(), interval])
     return rows
 
 
@@ -220,9 +229,12 @@ def as_json(fit: Any) -> dict[str, Any]:
     }
 
 
-def _unit(name: str) -> str:
-    of_curve = {"touch": "s", "offset": "N", "drift": "N/s", "k": "N/m"}
-    return of_curve.get(name.partition("_")[0]) or format_unit(unit_of(name))
+def _quantity(name: str) -> Quantity:
+    """A parameter; k also of one curve, in a name such as k_2."""
+    if name.startswith("touch"):
+        return Quantity(name, unit="µs", factor=1e6)
+    of_curve = {"offset": "N", "drift": "N/s", "k": "N/m"}
+    return Quantity(name, unit=of_curve.get(name.partition("_")[0]) or format_unit(unit_of(name)))
 
 
 def _chi(square: float) -> str:
