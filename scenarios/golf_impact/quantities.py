@@ -74,7 +74,8 @@ class Quantity(NamedTuple):
         """A value (SI) in the unit of the label, with its error; of one that isn't there, why."""
         if math.isnan(value):
             return value.reason if isinstance(value, NoValue) else "–"
-        if error:
+        # Less is rounding: of a momentum that no parameter changes.
+        if error > 1e-9 * abs(value):
             return format_with_error(value * self.factor, error * self.factor)
         text = f"{value * self.factor:.{self.decimals}f}"
         return text if float(text) else text.removeprefix("-")

@@ -113,6 +113,13 @@ def test_a_value_and_its_error(value, error, text):
     assert format_with_error(value, error) == text
 
 
+def test_an_error_that_is_rounding():
+    """That of a momentum which no parameter changes isn't one."""
+    about = QUANTITIES["momentum"]
+    assert about.format_value(8.4, 8.3e-13) == "8.4000"
+    assert about.format_value(8.4, 8.3e-6) == "8.4000000 ± 0.0000083"
+
+
 def test_results_without_a_value():
     assert [*undefined_results(touched=True, separated=False)] == [
         "smash_factor", "coefficient_of_restitution", "energy_efficiency", "contact_time",
