@@ -28,7 +28,11 @@ OUTPUTS = (
 
 METHODS = ("random", "lhs", "sobol")
 
-_FORMS = "VALUE, A,B,C, LO:HI:COUNT, log:LO:HI:COUNT, normal:MEAN:SIGMA or uniform:LO:HI"
+_RANGES = {
+    ":": "LO:HI:COUNT", "log": "log:LO:HI:COUNT", "normal": "normal:MEAN:SIGMA",
+    "uniform": "uniform:LO:HI",
+}  # fmt: skip
+_FORMS = " | ".join(("VALUE", "A,B,C", *_RANGES.values()))
 
 #: Points of the design for Sobol indices, a power of 2: each takes an impact for every variable and
 #: two more. Resamples of these points, from which the intervals are.
@@ -62,17 +66,21 @@ def parse_axis(name: str, given: Any) -> Axis:
 def _parse(text: str, unit: str) -> Axis:
     kind, _, rest = text.partition(":")
     kind = kind.strip().lower()
-    if kind not in ("log", "normal", "uniform"):
-        kind, rest = "linear" if ":" in text else "", text
+    if kind not in _RANGES:
+        if rest and kind.isalpha():
+            raise ValueError(f"there is no distribution {kind!r}")
+        kind, rest = ":" if ":" in text else "", text
     numbers = rest.split(":" if kind else ",")
-    count = float(numbers.pop()) if kind in ("linear", "log") else 1.0
+    given = len(numbers)
+    count = float(numbers.pop()) if kind in (":", "log") else 1.0
     values = np.array(si_values(numbers, unit)) if numbers else np.array([])
     if not np.isfinite(values).all():
         raise ValueError("its numbers must be finite")
     if not kind:
         return values
     if len(values) != 2:
-        raise ValueError("these are too many or too few numbers")
+        needed = 2 + (kind in (":", "log"))
+        raise ValueError(f"{given} numbers are given, {_RANGES[kind]} needs {needed}")
     low, high = values.tolist()
     for wrong, why in (
         (kind == "normal" and high <= 0.0, f"the standard deviation {high:g} must be > 0"),
@@ -83,7 +91,7 @@ def _parse(text: str, unit: str) -> Axis:
     ):
         if wrong:
             raise ValueError(why)
-    if kind in ("linear", "log"):
+    if kind in (":", "log"):
         return (np.geomspace if kind == "log" else np.linspace)(low, high, int(count))
     try:
         from scipy import stats

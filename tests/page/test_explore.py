@@ -99,5 +99,6 @@ def test_the_command(tmp_path):
     other.write_text("<p>mine</p>")
     refused(golf_here("explore", "--export", other), "isn't a page of golf-impact explore")
     assert other.read_text() == "<p>mine</p>"
-    refused(golf_here("explore", "--export", tmp_path), "can't write")
+    (tmp_path / "folder.html").mkdir()
+    refused(golf_here("explore", "--export", tmp_path / "folder.html"), "can't write")
     refused(golf_here("explore", "--set", "k=-1", cwd=tmp_path), "k = -1.0 N/m is refused")

@@ -20,7 +20,7 @@ _NATIVE = "Compiled from C, for hosts without Python (ClubBallImpact.native.fmu)
 def build(
     out: Annotated[Path | None, Option(metavar="FILE.fmu", help=_OUT)] = None,
     system: Annotated[bool, Option("--system", help=_SYSTEM)] = False,
-    fmi: Annotated[int, Option(min=2, max=3, metavar="2|3", help=_FMI)] = 2,
+    fmi: Annotated[int, Option(metavar="2|3", help=_FMI)] = 2,
     native: Annotated[bool, Option("--native", help=_NATIVE)] = False,
 ) -> None:
     """Build ClubBallImpact.fmu from its sources.
@@ -33,6 +33,8 @@ def build(
     from golf_impact.doctor import check_temporary_folder
     from golf_impact.fmu import builder_of, default_path
 
+    if fmi not in (2, 3):
+        raise UserError(f"--fmi {fmi} is refused: it must be 2 or 3")
     if fmi == 3 and system:
         raise UserError("--system is refused with --fmi 3: the FMUs of the system are FMI 2.0")
     if system or not native:

@@ -9,6 +9,7 @@ from typer import Option
 
 from golf_impact.commands.console import RESULTS, say, warn
 from golf_impact.commands.options import case_of
+from golf_impact.errors import UserError
 
 EPILOG = (
     "Examples: golf-impact explore --ball roh-lee --set club_speed=50 · "
@@ -34,6 +35,8 @@ def explore(
     from golf_impact.ball import BALLS
     from golf_impact.explore.page import write_page
 
+    if export and export.suffix.lower() != ".html":
+        raise UserError(f"--export {export} is refused: its name must end in .html")
     values, chosen = case_of(set_ or [], [ball] if ball else ())
     values = {**(chosen[0].values if chosen else {}), **values}
     # Refused here, rather than on the page.

@@ -72,7 +72,9 @@ def sweep(
     for words in dict.fromkeys(words for end in ends for words in remarks(end)):
         warn(words, style="yellow")
     with_indices = len(design.distributions) > 1 and design.cases == design.shape[-1]
-    for suffix, wanted in ((".json", with_indices), (".png", figures)):
+    # On a cluster it is a folder.
+    kinds = ((out.suffix, scheduler is None), (".json", with_indices), (".png", figures))
+    for suffix, wanted in kinds:
         if wanted:
             files.check(out.with_suffix(suffix))
     with ExitStack() as stack:
@@ -97,7 +99,9 @@ def sweep(
     if figures and (picture := _picture(design, summary.drawn)):
         written.append(files.write(out.with_suffix(".png"), picture))
     cases = f"{design.cases:,} case{'s' * (design.cases != 1)}"
-    say(f"{cases} in {seconds:.2f} s ({design.cases / seconds:,.0f} impacts/s)")
+    # The time of a few is that of the start.
+    rate = f" ({design.cases / seconds:,.0f} impacts/s)" if design.cases >= 1000 else ""
+    say(f"{cases} in {seconds:.2f} s{rate}")
     if summary.first is not None:
         row, reason = summary.first
         say(f"Refused: {summary.refused:,} of them; the first is row {row:,}: {reason}")
