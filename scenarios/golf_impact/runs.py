@@ -38,7 +38,10 @@ class Named(dict[str, Value], Generic[Value]):
 def number(name: str, value: Any) -> float:
     """The single number of an input or parameter; UserError if the value is another thing."""
     try:
-        if isinstance(value, (str, bytes)) or np.ndim(value):
+        # Shapes only of what is neither: np.ndim takes a microsecond.
+        if not isinstance(value, (int, float)) and (
+            isinstance(value, str | bytes) or np.ndim(value)
+        ):
             raise TypeError
         return float(value)
     except (TypeError, ValueError, OverflowError):
