@@ -125,6 +125,7 @@ def test_it_exports_nothing_but_fmi(unpacked):
     assert set(re.findall(r"NEEDED.*\[(.*?)\]", needed)) <= {"libc.so.6", "libm.so.6"}
 
 
+@pytest.mark.ci
 def test_its_sources_compile(unpacked, tmp_path):
     """Without a warning, in C99 alone, with a prefix for static linking."""
     compiler = gcc()
