@@ -286,6 +286,17 @@ def test_the_first_output_that_varies():
     assert Design({"b": "0,5000"}, ("touched", "separated")).drawn == "separated"
 
 
+@pytest.mark.parametrize(("cases", "most"), [(1, 1), (3, 3), (100_000, 100)])
+def test_few_cases_are_computed_for_the_choice(monkeypatch, cases, most):
+    computed, run = [], Design.run
+    monkeypatch.setattr(
+        Design, "run", lambda design, columns: computed.append(columns) or run(design, columns)
+    )
+    assert Design({"k": f"1e6:2e6:{cases}"}, ("smash_factor", "force")).drawn
+    (columns,) = computed
+    assert 0 < len(columns["k"]) <= most
+
+
 def test_a_picture_beside_the_table(tmp_path):
     for values, drawn in (("1e6,2e6", True), ("1e6", False)):
         golf_here("sweep", f"--set=k={values}", "--out", tmp_path / f"{drawn}.csv", code=0)
