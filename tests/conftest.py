@@ -36,18 +36,18 @@ CRITERIA = (*LAW_1,)
 _LAW_2 = (1.5842497138122187, 0.9307477583617195, 22.872568440767466, 55.44873998342765)
 EXPECTED = {1: LAW_1, 2: dict(zip(CRITERIA, _LAW_2))}
 
-#: Fixtures: the FMU for each version of FMI, plain and native.
-FILES = ("fmu_path", "fmi3_path", "native_path", "native_fmi3_path")
+#: Fixtures: the FMU in Python, and the native ones for each version of FMI.
+FILES = ("fmu_path", "native_path", "native_fmi3_path")
 
 
 def holds_c(path):
     """Whether it is a native FMU."""
-    return "native" in path.name
+    return path.name != "ClubBallImpact.fmu"
 
 
-def build_fmu(out, fmi=2):
+def build_fmu(out):
     """Build ClubBallImpact.fmu."""
-    return builder_of(fmi=fmi).build(out)
+    return builder_of().build(out)
 
 
 # The same examples every time, with --ci more of them; at night, new ones and far more:
@@ -82,7 +82,7 @@ def pytest_collection_modifyitems(config, items):
     named = config.getoption("markexpr")
     left_out = {mark for mark in ("nightly", "browser") if mark not in named}
     if config.getoption("--native"):
-        left_out |= {"plain", "model_exchange"}
+        left_out.add("plain")
     if not config.getoption("--ci"):
         left_out.add("ci")
     kept, dropped = [], []
@@ -103,8 +103,8 @@ def _temporary(tmp_path_factory):
 @pytest.fixture(scope="session", autouse=True)
 def _commands_find_the_fmus():
     """Otherwise they report that they had to build them."""
-    for fmi in (2, 3) if native.pythonfmu_runs_here() else ():
-        current_fmu(fmi=fmi)
+    if native.pythonfmu_runs_here():
+        current_fmu()
 
 
 @pytest.fixture(autouse=True)
@@ -140,13 +140,13 @@ def _built(name):
     def path(once, request):
         from ways import fmu_file
 
-        in_c = "native" not in name and request.config.getoption("--native")
+        in_c = name == "FMI 2.0" and request.config.getoption("--native")
         return fmu_file(once, f"native, {name}" if in_c else name)
 
     return path
 
 
-fmu_path, fmi3_path = _built("FMI 2.0"), _built("FMI 3.0")
+fmu_path = _built("FMI 2.0")
 native_path, native_fmi3_path = _built("native, FMI 2.0"), _built("native, FMI 3.0")
 
 

@@ -17,7 +17,7 @@ from fmpy.fmi2 import (
     fmi2CallbackFunctions,
     fmi2CallbackLoggerTYPE,
 )
-from fmpy.fmi3 import FMU3Slave, fmi3Float64
+from fmpy.fmi3 import FMU3Slave
 
 #: A host reads a description once.
 _described = cache(lambda folder: fmpy.read_model_description(folder, validate=False))
@@ -144,22 +144,6 @@ def discard(*slaves):
     for slave in slaves:
         slave.terminate()
         slave.freeInstance()
-
-
-# Model Exchange
-
-
-def place(model, time, *states):
-    """Set time and continuous states of an instance for Model Exchange."""
-    model.setTime(time)
-    model.setContinuousStates((fmi3Float64 * 4)(*states), 4)
-
-
-def vector(get, size=4):
-    """What a function of FMI 3.0 writes into an array."""
-    array = (fmi3Float64 * size)()
-    get(array, size)
-    return list(array)
 
 
 # States that no FMU has made

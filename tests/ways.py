@@ -1,13 +1,13 @@
 """The ways to get an impact's outputs, one list with one interface.
 
-Steppable ones: the physics in this process, and the FMUs 2.0 and 3.0, in Python and native. Others
+Steppable ones: the physics in this process, the FMU in Python, native ones 2.0 and 3.0. Others
 give the results of whole impacts: Python's functions, alone and by arrays, and the page.
 """
 
 import math
-import shutil
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack, closing, suppress
+from dataclasses import replace
 from functools import cache
 from itertools import chain, repeat
 
@@ -219,8 +219,12 @@ class Page:
         return [one["refused"] if "refused" in one else row(one["metrics"]) for one in found]
 
 
-#: FMUs: the version of FMI.
-FMUS = {"FMI 2.0": 2, "FMI 3.0": 3, "native, FMI 2.0": 2, "native, FMI 3.0": 3}
+#: FMUs: their builders, those of native ones for this machine alone.
+FMUS = {
+    "FMI 2.0": builder_of(),
+    "native, FMI 2.0": replace(native.BUILDERS[2], here=True),
+    "native, FMI 3.0": replace(native.BUILDERS[3], here=True),
+}
 STEPPED = ("in process", *FMUS)
 WHOLE = ("alone", "Impact", "arrays", "page")
 
@@ -288,10 +292,6 @@ def whole_way(request, way_of):
 
 
 def fmu_file(once, name):
-    """An FMU of the list, native ones for this machine alone; built once in a run of the tests."""
-    builder, stem = builder_of(fmi=FMUS[name]), f"ClubBallImpact{'.fmi3' * (FMUS[name] == 3)}"
-    if "native" not in name:
-        return once(f"{stem}.fmu", fmi=FMUS[name])
-    if native.fewer_platforms() and shutil.which("cc") is None:
-        pytest.skip(native.advice())
-    return once(f"{stem}.native.fmu", lambda path: native.build(builder, path, here=True))
+    """An FMU of the list, built once."""
+    builder = FMUS[name]
+    return once(f"{builder.name}.fmu", builder.build)

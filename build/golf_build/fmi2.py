@@ -2,7 +2,7 @@
 
 from golf_physics.variables import LAWS, UNITS, VARIABLES
 
-from golf_build.packaging import Builder
+from golf_build.packaging import PythonBuilder
 
 _ENTRY = '''"""The entry point of the FMU; pythonfmu compiles this file anew for every instance."""
 
@@ -24,7 +24,7 @@ class {model}(Adapter):
 
 _ABOUT = "Impact of a golf club on a ball: contact force, smash factor, restitution, energy"
 
-#: Common to both versions of FMI. The outputs in `constant` are 0 at the start whatever the other
+#: Those of the native FMUs, too. The outputs in `constant` are 0 at the start whatever the other
 #: variables are. Systems feed them back: without this an importer must take that for an algebraic
 #: loop in initialization.
 TABLES = {
@@ -38,6 +38,5 @@ TABLES = {
     "discrete": ("touch_time",),
 }
 
-BUILDER = Builder(
-    2, "ClubBallImpact", ("club_ball_impact.py", "golf_physics", "host"), _ENTRY, TABLES
-)
+_SOURCES = ("club_ball_impact.py", "golf_physics", "host")
+BUILDER = PythonBuilder("ClubBallImpact", TABLES, sources=_SOURCES, entry=_ENTRY)

@@ -2,7 +2,7 @@
 
 ziglang compiles it for all platforms, byte for byte the same on each machine; without ziglang the C
 compiler of this machine does, for this platform alone. The sources are in the FMU, too: importers
-such as TwinCAT and Simulink compile them. Co-simulation only.
+such as TwinCAT and Simulink compile them.
 """
 
 import hashlib
@@ -16,19 +16,20 @@ import struct
 import subprocess
 import sys
 import tempfile
-import uuid
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
 import golf_physics
+from golf_physics import variables as tables
 
-from golf_build.archive import SUMS, checksums, scratch, write_archive
+from golf_build.archive import SUMS, checksums, scratch
 from golf_build.extras import install_command
+from golf_build.fmi2 import TABLES
 from golf_build.native_header import header
-from golf_build.packaging import HERE, Builder, fmu_source, project_license
-
-SUFFIX = ".native"
+from golf_build.packaging import HERE, Builder, fmu_source
 
 #: The ziglang of pyproject.toml's extra: other versions make other bytes.
 ZIGLANG = "0.13.0"
@@ -129,77 +130,68 @@ def pythonfmu_runs_here() -> bool:
     return any((binaries / folder).is_dir() for folder in folders)
 
 
-def build(builder: Builder, out: Path, here: bool = False) -> Path:
-    """Write the native FMU of a builder to this file.
+@dataclass(frozen=True)
+class NativeBuilder(Builder):
+    """Builds ClubBallImpact from C, for FMI 2.0 or 3.0."""
 
-    Args:
-        builder: of ClubBallImpact.
-        out: the file.
-        here: for this machine alone, in the folder that fmpy loads from; also for aarch64 Linux,
-            for which FMI 2.0 defines no folder.
+    #: For this machine alone, in the folder that fmpy loads from; also for aarch64 Linux, for which
+    #: FMI 2.0 defines no folder.
+    here: bool = False
 
-    Raises:
-        NativeError: there is no compiler, or it fails.
-        OSError: the file can't be written.
-    """
-    return write_archive(out, files(builder, here))
+    def digest(self) -> str:
+        digest = hashlib.sha256(self._describe(""))
+        for name, data in sorted(self._sources("").items()):
+            digest.update(name.encode() + b"\0" + hashlib.sha256(data).digest())
+        return digest.hexdigest()
 
+    def files(self) -> dict[str, bytes]:
+        """The FMU's files by name; NativeError if there is no compiler, or it fails."""
+        fmi, model, token = self.fmi, self.model, self.guid()
+        targets, sources = _targets(fmi, self.here), self._sources(token)
+        made = {f"sources/{name}": data for name, data in sources.items()}
+        made["modelDescription.xml"] = self._describe(token)
+        if fmi == 3:
+            description = HERE / "contents" / "buildDescription.xml"
+            made["sources/buildDescription.xml"] = description.read_bytes()
+        made |= self.documents([target.words for target in targets])
+        libraries: dict[str, list[bytes]] = {}
+        with ThreadPoolExecutor() as pool:
+            images = pool.map(lambda target: _library(target, sources, model), targets)
+            for target, image in zip(targets, images):
+                path = f"binaries/{target.folders[fmi]}/{model}{target.suffix}"
+                libraries.setdefault(path, []).append(image)
+        made |= {path: _universal(images) for path, images in libraries.items()}
+        made["documentation/licenses/fmi-headers.txt"] = _comment(sources[_HEADERS[fmi][0]])
+        if (zig := ziglang()) and any(target.suffix == ".dll" for target in targets):
+            for name, file in _NOTICES.items():
+                made[f"documentation/licenses/{name}"] = (zig / file).read_bytes()
+        return made | {SUMS: checksums(made)}
 
-def files(builder: Builder, here: bool = False) -> dict[str, bytes]:
-    """The files of the native FMU, by name; see `build`."""
-    fmi, model = builder.fmi, builder.name.partition(".")[0]
-    targets = _targets(fmi, here)
-    token = guid(builder)
-    sources = _sources(builder, token)
-    made = {f"sources/{name}": data for name, data in sources.items()}
-    made["modelDescription.xml"] = _describe(builder, token)
-    if fmi == 3:
-        description = HERE / "contents" / "buildDescription.xml"
-        made["sources/buildDescription.xml"] = description.read_bytes()
-    made |= builder.documents([target.words for target in targets])
-    libraries: dict[str, list[bytes]] = {}
-    for target in targets:
-        path = f"binaries/{target.folders[fmi]}/{model}{target.suffix}"
-        libraries.setdefault(path, []).append(_library(target, sources, model))
-    made |= {path: _universal(images) for path, images in libraries.items()}
-    made["documentation/licenses/license.txt"] = project_license()
-    made["documentation/licenses/fmi-headers.txt"] = _comment(sources[_HEADERS[fmi][0]])
-    if (zig := ziglang()) and any(target.suffix == ".dll" for target in targets):
-        for name, file in _NOTICES.items():
-            made[f"documentation/licenses/{name}"] = (zig / file).read_bytes()
-    return made | {SUMS: checksums(made)}
+    def _describe(self, token: str) -> bytes:
+        tool = f"golf-impact {golf_physics.__version__} (native)"
+        return self.describe(token, tool, sources=["all.c"])
 
+    def _sources(self, token: str) -> dict[str, bytes]:
+        """The C sources and FMI's headers."""
+        import fmpy
 
-def guid(builder: Builder) -> str:
-    """The GUID (FMI 3.0: instantiation token) of the native FMU of the current sources."""
-    digest = hashlib.sha256(_describe(builder, ""))
-    for name, data in sorted(_sources(builder, "").items()):
-        digest.update(name.encode() + b"\0" + hashlib.sha256(data).digest())
-    return str(uuid.uuid5(uuid.NAMESPACE_URL, f"golf-impact/native/{digest.hexdigest()}"))
-
-
-def _describe(builder: Builder, token: str) -> bytes:
-    """The model description: without Model Exchange."""
-    others: dict[str, object] = {}
-    if builder.fmi == 3:
-        outputs = builder.tables["structure"]["Output"]
-        others = {"unsolved": (), "derivatives": {}, "dependencies": {}}
-        others["structure"] = {"Output": outputs, "InitialUnknown": outputs}
-    tool = f"golf-impact {golf_physics.__version__} (native)"
-    return builder.describe(sources=["all.c"], tool=tool, token=token, **others)
+        fmi = self.fmi
+        folder, headers = fmu_source("native"), Path(fmpy.__file__).parent / "c-code"
+        found = {file.name: file.read_bytes() for file in folder.glob("*.[ch]")}
+        for other in (f"fmi{5 - fmi}.c", "page.c"):
+            found.pop(other)
+        found |= {name: (headers / name).read_bytes() for name in _HEADERS[fmi]}
+        return found | {"variables.h": header(fmi, token, self.start).encode()}
 
 
-def _sources(builder: Builder, token: str) -> dict[str, bytes]:
-    """The C sources and FMI's headers."""
-    import fmpy
+_ROWS = tables.VARIABLES + tables.MORE_VARIABLES
+_TABLES_3 = TABLES | {"rows": _ROWS, "units": tables.UNITS | tables.MORE_UNITS}
 
-    fmi = builder.fmi
-    folder, headers = fmu_source("native"), Path(fmpy.__file__).parent / "c-code"
-    found = {file.name: file.read_bytes() for file in folder.glob("*.[ch]")}
-    for other in (f"fmi{5 - fmi}.c", "page.c"):
-        found.pop(other)
-    found |= {name: (headers / name).read_bytes() for name in _HEADERS[fmi]}
-    return found | {"variables.h": header(fmi, token, builder.start).encode()}
+#: By version of FMI.
+BUILDERS = {
+    2: NativeBuilder("ClubBallImpact.native", TABLES),
+    3: NativeBuilder("ClubBallImpact.fmi3", _TABLES_3, fmi=3),
+}
 
 
 def _comment(source: bytes) -> bytes:
@@ -241,8 +233,8 @@ def _targets(fmi: int, here: bool) -> list[Target]:
         raise NativeError(f"--native is refused for FMI 2.0 on {this_machine()}: use --fmi 3")
     if not mine or (ziglang() is None and shutil.which(_cc()) is None):
         raise NativeError(
-            f"--native needs a C compiler: {advice()}; for this platform alone {_cc()} does, if it "
-            "is installed"
+            f"{'--fmi 3' if fmi == 3 else '--native'} needs a C compiler: {advice()}; for this "
+            f"platform alone {_cc()} does, if it is installed"
         )
     return mine
 

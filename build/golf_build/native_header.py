@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from golf_physics import modes, refusals
-from golf_physics.component import component, hybrid
+from golf_physics.component import component
 from golf_physics.laws import extended, integrated, power_law, relative
 from golf_physics.numerics import chebyshev, gauss, ode
 from golf_physics.values import Inputs, Parameters, rejected
@@ -154,8 +154,8 @@ def _sentences() -> Iterator[tuple[str, object]]:
     yield "SET_AFTER_END", modes.SET_AFTER_END
     yield "FOREIGN_STATE", component.FOREIGN_STATE
     yield "UNTIL_CORRECTED", modes.UNTIL_CORRECTED
-    yield "NO_EVENT", hybrid.NO_EVENT
-    yield "MUST_STOP", hybrid.MUST_STOP
+    yield "NO_EVENT", "an event before initialization or after the end is refused"
+    yield "MUST_STOP", "the simulation must stop: {}"
     yield "EXTREME_VALUES", refusals.extreme_values(p, inputs)
     yield "EXTREME_FORCE", rejected("club_force", _HOLE, refusals.EXTREME_FORCE, " N")
     for name in ("exponent", "restitution_at_rest"):

@@ -1,10 +1,9 @@
 """Packages FMUs with pythonfmu, completely and reproducibly.
 
-pythonfmu 0.7.0 and pythonfmu3 0.3.4 write a random GUID and the time of day; their
-modelDescription.xml lacks units, ranges, initial unknowns and derivatives that are also states, and
-has 16 digits of a start value. Modules are found by name, so that a second build in the same
-process would silently run the code of the first one; here the names of an FMU's modules contain the
-digest of its sources.
+pythonfmu 0.7.0 writes a random GUID and the time of day; its modelDescription.xml lacks units,
+ranges and initial unknowns, and has 16 digits of a start value. Modules are found by name, so that
+a second build in the same process would silently run the code of the first one; here the names of
+an FMU's modules contain the digest of its sources.
 """
 
 import hashlib
@@ -14,8 +13,9 @@ import sys
 import uuid
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple
+from typing import Any, BinaryIO
 from xml.etree import ElementTree
 
 import golf_physics
@@ -35,51 +35,38 @@ _CONTENTS = HERE / "contents"
 #: The folder of the reference results in `extra`, named as FMI has it: no other tool's.
 _REFERENCE = "org.golf-impact.reference"
 
-#: The packages that make FMUs, by version of FMI; the FMU contains their runtime.
-RUNTIMES = {2: "pythonfmu", 3: "pythonfmu3"}
+#: The package that makes FMUs of Python, whose runtime they contain.
+RUNTIME = "pythonfmu"
 
 
-class Builder(NamedTuple):
-    """Builds an FMU.
+@dataclass(frozen=True)
+class Builder:
+    """Builds an FMU; what it contains beside its binaries and their sources is here.
 
     Attributes:
-        fmi: 2 or 3.
         name: of the file, without .fmu; up to a dot, that of the model and its class.
-        sources: files and folders of fmu_src, the module with the class first.
-        entry: the module that the runtime loads; {package}, {module} and {model} are filled in. The
-            package has VALUES: `start` if there are laws; else the fields of every variable.
         tables: `rows`, the variables; `description`; `units` by name; `experiment`, the proposed
             stop time and step size (s); `model` of a companion, in words; `laws` of ClubBallImpact;
             `constant` (outputs whose initial values depend on no variable) and `discrete` (outputs
-            that change at events only); in FMI 3.0 `derivatives` (by the names of their states),
-            `unsolved` (outputs that are NaN in Model Exchange), `structure` (names of variables by
-            the elements of ModelStructure) and `dependencies` of these (names by name; none where
-            it is missing).
+            that change at events only). With Model Exchange `derivatives` (by the names of their
+            states), `unsolved` (outputs that are NaN there), `indicators`, and `dependencies` of
+            outputs, derivatives and indicators (names by name; none where it is missing).
         start: start values by name, where they aren't those of the tables.
-        suffix: of the file.
+        fmi: version of FMI, 2 or 3.
     """
 
-    fmi: int
     name: str
-    sources: tuple[str, ...]
-    entry: str
     tables: dict[str, Any]
-    start: Mapping[str, float] = {}
-    suffix: str = ".fmu"
+    start: Mapping[str, float] = field(default_factory=dict)
+    fmi: int = 2
 
-    def digest(self) -> str:
-        """SHA-256 digest of all sources of an FMU; it decides whether a build is current."""
-        runtime = importlib.metadata.version(RUNTIMES[self.fmi])
-        settings = runtime, self.name, self.start, self.tables
-        total = hashlib.sha256(repr(settings).encode())
-        # With names that don't depend on the location of the files.
-        files = {"LICENSE": project_license(), **_read(self.sources)}
-        ours = (*HERE.glob("*.py"), *HERE.glob("model*"), *(HERE / "documentation").iterdir())
-        ours += tuple(file for file in _CONTENTS.rglob("*") if file.is_file())
-        files |= {f"{f.parent.name}/{f.name}": f.read_bytes() for f in ours}
-        for name, data in sorted(files.items()):
-            total.update(name.encode() + b"\0" + hashlib.sha256(data).digest())
-        return total.hexdigest()
+    #: Of the file.
+    suffix = ".fmu"
+
+    @property
+    def model(self) -> str:
+        """The name of the model, its class and its libraries."""
+        return self.name.partition(".")[0]
 
     def guid(self) -> str:
         """The GUID (FMI 3.0: instantiation token) of an FMU of the current sources."""
@@ -93,57 +80,30 @@ class Builder(NamedTuple):
         """Write the FMU to this file, whose folder is made if necessary; OSError if it can't be."""
         return write_archive(out, self.files())
 
+    def digest(self) -> str:
+        """SHA-256 digest of all sources of an FMU; it decides whether a build is current."""
+        raise NotImplementedError
+
     def files(self) -> dict[str, bytes]:
         """The FMU's files by name."""
-        suffix, model, runtime = self.digest()[:16], self.name.partition(".")[0], RUNTIMES[self.fmi]
-        module = Path(self.sources[0]).stem
-        package = f"golf_{'physics' if 'golf_physics' in self.sources else module}_{suffix}"
-        values = self.start if "laws" in self.tables else [tuple(row) for row in self._rows()]
-        modules = {"__init__.py": b"", **_read(self.sources)}
-        modules["__init__.py"] += f"VALUES = {values}\n".encode()
-        tops = "|".join({name.partition("/")[0].removesuffix(".py") for name in modules})
-        beside = {}
-        for name, data in modules.items():
-            text = re.sub(r"(?m)^from golf_physics\b", f"from {package}", data.decode())
-            text = re.sub(rf"(?m)^from ({tops})\b", rf"from {package}.\1", text)
-            beside[f"{package}/{name}"] = text.encode()
-        entry = self.entry.format(package=package, module=module, model=model)
-        with packaged(self.fmi, f"{module}_{suffix}", entry.encode(), beside) as raw:
-            # pythonfmu3 adds some of its C++ sources, which nobody can build.
-            files = {n: d for n, d in unpack(raw).items() if not n.startswith("sources/")}
-        files["modelDescription.xml"] = self.describe()
-        needed = _CONTENTS / f"externalDependencies{self.fmi}.txt"
-        files["documentation/externalDependencies.txt"] = needed.read_bytes()
-        files["documentation/licenses/license.txt"] = project_license()
-        for file in importlib.metadata.files(runtime) or []:
-            if file.name == "LICENSE":
-                files[f"documentation/licenses/{runtime}.txt"] = file.read_binary()
-        files |= self.documents()
-        return files | {SUMS: checksums(files)}
+        raise NotImplementedError
 
-    def _rows(self) -> list[Variable]:
+    def rows(self) -> list[Variable]:
         """The variables with the start values of this FMU."""
         start = self.start
         return [row._replace(start=start.get(row.name, row.start)) for row in self.tables["rows"]]
 
     def _context(self, **others: Any) -> dict[str, Any]:
-        """What the templates have, changed by `others`."""
-        runtime, rows = RUNTIMES[self.fmi], self._rows()
-        version = importlib.metadata.version(runtime)
-        context = self.tables | {
-            "fmi": self.fmi,
-            "name": self.name.partition(".")[0],
-            "rows": rows,
-            "runtime": runtime,
-            "tool": f"{runtime.replace('pythonfmu', 'PythonFMU')} {version}",
-            "token": self.guid(),
-            "version": golf_physics.__version__,
-        }
-        return context | {"references": {row.name: row.reference for row in rows}} | others
+        """What the templates have, and `others`."""
+        rows = self.rows()
+        about = {"fmi": self.fmi, "name": self.model, "rows": rows, "runtime": RUNTIME}
+        about["references"] = {row.name: row.reference for row in rows}
+        return self.tables | about | {"version": golf_physics.__version__} | others
 
-    def describe(self, **others: Any) -> bytes:
-        """The model description; `others` change what its template has."""
-        description = render(HERE / "modelDescription.xml.jinja", **self._context(**others))
+    def describe(self, token: str, tool: str, sources: Iterable[str] = ()) -> bytes:
+        """The model description with a GUID, the tool that made it, and the names of C sources."""
+        context = self._context(token=token, tool=tool, sources=sources)
+        description = render(HERE / "modelDescription.xml.jinja", **context)
         # All attributes are in double quotes, so apostrophes need no escape.
         return description.replace(b"&#39;", b"'")
 
@@ -156,6 +116,7 @@ class Builder(NamedTuple):
         template = "index" if "laws" in self.tables else "companion"
         page = render(folder / f"{template}.html.jinja", **self._context(platforms=platforms))
         files = {"documentation/index.html": page}
+        files["documentation/licenses/license.txt"] = project_license()
         if template == "companion":
             return files
         files |= {f"documentation/{f.name}": f.read_bytes() for f in folder.glob("*.png")}
@@ -167,6 +128,57 @@ class Builder(NamedTuple):
         terminals = "terminalsAndIcons/terminalsAndIcons.xml"
         files[terminals] = (_CONTENTS / Path(terminals).name).read_bytes()
         return files | {"terminalsAndIcons/icon.png": icon}
+
+
+@dataclass(frozen=True)
+class PythonBuilder(Builder):
+    """Builds an FMU 2.0 of a Python class, by pythonfmu.
+
+    Attributes:
+        sources: files and folders of fmu_src, the module with the class first.
+        entry: the module that the runtime loads; {package}, {module} and {model} are filled in. The
+            package has VALUES: `start` if there are laws; else the fields of every variable.
+    """
+
+    sources: tuple[str, ...] = ()
+    entry: str = ""
+
+    def digest(self) -> str:
+        settings = importlib.metadata.version(RUNTIME), self.name, self.start, self.tables
+        total = hashlib.sha256(repr(settings).encode())
+        # With names that don't depend on the location of the files.
+        files = {"LICENSE": project_license(), **_read(self.sources)}
+        ours = (*HERE.glob("*.py"), *HERE.glob("model*"), *(HERE / "documentation").iterdir())
+        ours += tuple(file for file in _CONTENTS.rglob("*") if file.is_file())
+        files |= {f"{f.parent.name}/{f.name}": f.read_bytes() for f in ours}
+        for name, data in sorted(files.items()):
+            total.update(name.encode() + b"\0" + hashlib.sha256(data).digest())
+        return total.hexdigest()
+
+    def files(self) -> dict[str, bytes]:
+        suffix, module = self.digest()[:16], Path(self.sources[0]).stem
+        package = f"golf_{'physics' if 'golf_physics' in self.sources else module}_{suffix}"
+        values = self.start if "laws" in self.tables else [tuple(row) for row in self.rows()]
+        modules = {"__init__.py": b"", **_read(self.sources)}
+        modules["__init__.py"] += f"VALUES = {values}\n".encode()
+        tops = "|".join({name.partition("/")[0].removesuffix(".py") for name in modules})
+        beside = {}
+        for name, data in modules.items():
+            text = re.sub(r"(?m)^from golf_physics\b", f"from {package}", data.decode())
+            text = re.sub(rf"(?m)^from ({tops})\b", rf"from {package}.\1", text)
+            beside[f"{package}/{name}"] = text.encode()
+        entry = self.entry.format(package=package, module=module, model=self.model)
+        with packaged(f"{module}_{suffix}", entry.encode(), beside) as raw:
+            files = unpack(raw)
+        tool = f"PythonFMU {importlib.metadata.version(RUNTIME)}"
+        files["modelDescription.xml"] = self.describe(self.guid(), tool)
+        needed = (_CONTENTS / "externalDependencies.txt").read_bytes()
+        files["documentation/externalDependencies.txt"] = needed
+        for file in importlib.metadata.files(RUNTIME) or []:
+            if file.name == "LICENSE":
+                files[f"documentation/licenses/{RUNTIME}.txt"] = file.read_binary()
+        files |= self.documents()
+        return files | {SUMS: checksums(files)}
 
 
 def render(template: Path, **values: Any) -> bytes:
@@ -221,13 +233,13 @@ def project_license() -> bytes:
 
 
 @contextmanager
-def packaged(fmi: int, module: str, script: bytes, beside: dict[str, bytes]) -> Iterator[Path]:
-    """Package an FMU with pythonfmu (FMI 2) or pythonfmu3, for the time of a `with` block.
+def packaged(module: str, script: bytes, beside: dict[str, bytes]) -> Iterator[Path]:
+    """Package an FMU with pythonfmu, for the time of a `with` block.
 
     `script` is the source of the module with the class; `beside` has further sources by path.
     """
     # Imported here, since it is slow and most commands don't build.
-    build_fmu = importlib.import_module(f"{RUNTIMES[fmi]}.builder").FmuBuilder.build_FMU
+    build_fmu = importlib.import_module(f"{RUNTIME}.builder").FmuBuilder.build_FMU
     path, modules = list(sys.path), set(sys.modules)
     with scratch({f"{module}.py": script, **beside}) as folder:
         tops = sorted({name.partition("/")[0] for name in beside})

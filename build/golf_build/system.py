@@ -8,6 +8,7 @@ import io
 import sys
 import zipfile
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from golf_physics import variables
@@ -15,9 +16,8 @@ from golf_physics.variables import Unit, Variable
 
 from golf_build import fmi2
 from golf_build.archive import pack, unpack, write_archive
-from golf_build.native import SUFFIX
-from golf_build.native import files as native_files
-from golf_build.packaging import HERE, Builder, fmu_source, guid_in, render
+from golf_build.native import BUILDERS as NATIVE
+from golf_build.packaging import HERE, Builder, PythonBuilder, fmu_source, guid_in, render
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -93,7 +93,7 @@ def _companion(name: str, *modules: str) -> Builder:
         "experiment": _SYSTEM["experiments"][name],
     }
     sources += ["companion.py", "host"]
-    return Builder(2, name, tuple(sources), _ENTRY, tables)
+    return PythonBuilder(name, tables, sources=tuple(sources), entry=_ENTRY)
 
 
 #: The companions by name.
@@ -126,14 +126,15 @@ class System:
         outputs += _SYSTEM["components"][component]
         yield from ((name, "output", units[name]) for name in dict.fromkeys(outputs))
 
-    def builders(self) -> dict[str, Builder]:
-        """The FMUs inside by name, with the drive's start values.
+    def builders(self, native: bool = False) -> dict[str, Builder]:
+        """The FMUs inside by name, with the drive's start values; ClubBallImpact native or not.
 
         An importer that sets nothing, such as fmpy.ssp, which ignores parameter bindings, has these
         start values too.
         """
-        known = {**COMPANIONS, fmi2.BUILDER.name: fmi2.BUILDER}
-        return {name: known[name]._replace(start=start) for name, start in DRIVE.items()}
+        impact = NATIVE[2] if native else fmi2.BUILDER
+        known: dict[str, Builder] = {**COMPANIONS, impact.model: impact}
+        return {name: replace(known[name], start=start) for name, start in DRIVE.items()}
 
     def digest(self) -> str:
         """SHA-256 digest of all sources."""
@@ -160,10 +161,8 @@ class System:
             NativeError: this machine can't build native FMUs.
         """
         files = {"SystemStructure.ssd": self.structure()}
-        for name, builder in self.builders().items():
-            in_c = native and name == fmi2.BUILDER.name
-            inside = native_files(builder) if in_c else builder.files()
-            files[f"resources/{name}.fmu"] = pack(inside)
+        for name, builder in self.builders(native).items():
+            files[f"resources/{name}.fmu"] = pack(builder.files())
         # FMUs are compressed already.
         return write_archive(out, files, zipfile.ZIP_STORED)
 
@@ -181,5 +180,5 @@ def build(folder: Path, native: bool = False) -> dict[str, Path]:
     Returns their files by name: those of the companions, GolfSwing. Errors as of `System.build`.
     """
     made = {name: builder.build(folder / f"{name}.fmu") for name, builder in COMPANIONS.items()}
-    ssp = folder / f"{SYSTEM.name}{SUFFIX if native else ''}{SYSTEM.suffix}"
+    ssp = folder / f"{SYSTEM.name}{'.native' if native else ''}{SYSTEM.suffix}"
     return made | {SYSTEM.name: SYSTEM.build(ssp, native)}

@@ -112,8 +112,7 @@ def advance(impact: Impact, inputs: Inputs, instant: Instant) -> Impact:
     high, low = instant
     while True:
         begin, begin_low = impact.begin
-        # Not of NaN, in Model Exchange.
-        if not (high - begin) + (low - begin_low) >= impact.duration:
+        if (high - begin) + (low - begin_low) < impact.duration:
             return impact
         impact = impact.following(inputs)
 

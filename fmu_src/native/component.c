@@ -196,8 +196,6 @@ static void component_reset(Component *c)
     c->report = report_to;
     c->context = context;
     c->size = NAN;
-    /* In FMI 3.0 the start time is that of the first step. */
-    c->point_is_free = FMI_VERSION == 3;
 }
 
 /* The host's time at the start, s. Returns whether it is accepted at all in this mode. */

@@ -1,5 +1,4 @@
-/* component/hybrid.py and solved.py, as far as co-simulation has them: event mode, early return, and
-   the variables that FMI 2.0 doesn't have. */
+/* Of FMI 3.0: event mode, early return, and the variables that FMI 2.0 doesn't have. */
 
 /* Added to an indicator that may be exactly 0 before its event: solvers look for changes of sign. */
 #define ABOVE_ZERO 1e-18
@@ -106,28 +105,16 @@ static int component_update(Component *c, int *must_stop, int *is_known, double 
         refuse_call(c, refusal(NO_EVENT, 0.0, 0.0));
         return 0;
     }
-    if (!count && !is->last_step) count = take_refusals(c, list);
     if (count) {
         report(c, list, count, SENTENCES[MUST_STOP]);
         *must_stop = 1;
         return 1;
     }
-    if (is->last_step) {
-        Events events;
-        Host host = hold(c);
-        begin_events(c, is->point, &events);
-        *is_known = next_event(c, &events, when);
-        release(&host);
-    }
-    return 1;
-}
-
-/* A step; the first one begins at the start time, whatever that was said to be. */
-static int step_from_start(Component *c, double point, double size)
-{
-    int is_first = !c->is.last_step;
-    if (!component_step(c, point, size)) return 0;
-    if (is_first) c->is.start_time = c->is.origin;
+    Events events;
+    Host host = hold(c);
+    begin_events(c, is->point, &events);
+    *is_known = next_event(c, &events, when);
+    release(&host);
     return 1;
 }
 
@@ -157,5 +144,5 @@ static int component_step_to_event(Component *c, double point, double size, int 
         }
     }
     release(&host);
-    return step_from_start(c, point, size);
+    return component_step(c, point, size);
 }

@@ -61,7 +61,7 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 point, fmi3Float64 size, fmi3B
     if (i->has_event_mode || i->may_return_early)
         is_accepted = component_step_to_event(&i->component, point, size, i->may_return_early,
                                               &is_event, &reached);
-    else is_accepted = step_from_start(&i->component, point, size);
+    else is_accepted = component_step(&i->component, point, size);
     if (!is_accepted) return fmi3Discard;
     *last = reached;
     *event = is_event && i->has_event_mode;

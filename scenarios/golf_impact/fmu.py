@@ -10,6 +10,7 @@ import threading
 import weakref
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NoReturn, TypeVar
 
@@ -17,14 +18,12 @@ import fmpy
 
 # Imported before an FMU imports its own copy, which lacks the binaries to build another FMU with.
 import pythonfmu.builder  # noqa: F401
-import pythonfmu3.builder  # noqa: F401
 from fmpy import fmi2
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 
 from golf_build import archive, native, packaging, system
 from golf_build.fmi2 import BUILDER as FMI2
-from golf_build.fmi3 import BUILDER as FMI3
 from golf_impact.doctor import check_fmu, check_temporary_folder
 from golf_impact.errors import MissingFileError, UserError, first_line, unknown_name
 from golf_impact.runs import METRICS, ImpactRuns, Named, number
@@ -39,11 +38,15 @@ _KINDS: dict[str, type] = {"Real": float, "Integer": int, "Boolean": bool}
 
 
 def builder_of(name: str = "ClubBallImpact", fmi: int = 2) -> packaging.Builder:
-    """The builder of an FMU; UserError if there is none of this name for this version of FMI."""
+    """The builder of an FMU; UserError if there is none of this name for this version of FMI.
+
+    FMI 3.0 has the native ClubBallImpact alone.
+    """
     if fmi not in (2, 3):
         raise UserError(f"fmi = {fmi!r} is refused: it must be 2 or 3")
-    builders = {"ClubBallImpact": FMI3} if fmi == 3 else system.COMPANIONS
-    builders = {"ClubBallImpact": FMI2, **builders}
+    builders: dict[str, packaging.Builder] = {"ClubBallImpact": native.BUILDERS[3]}
+    if fmi == 2:
+        builders = {"ClubBallImpact": FMI2, **system.COMPANIONS}
     if name not in builders:
         raise unknown_name(f"FMU for FMI {fmi}.0", name, builders)
     return builders[name]
@@ -66,35 +69,35 @@ def default_path(builder: packaging.Builder | system.System) -> Path:
 def current_fmu(name: str = "ClubBallImpact", fmi: int = 2) -> Path:
     """The file of an FMU of the current sources, built if it is missing or out of date.
 
-    Where pythonfmu has no binary it is the native FMU of ClubBallImpact.
+    ClubBallImpact is the native FMU in FMI 3.0, and where pythonfmu has no binary.
 
     Args:
         name: ClubBallImpact, Swing, Launch or BallFlight.
         fmi: version of FMI; 3 for ClubBallImpact alone.
 
     Raises:
-        UserError: there is no such FMU, or the file can't be written.
+        UserError: there is no such FMU, the file can't be written, or there is no compiler.
         MissingFileError: it doesn't run on this machine.
     """
     builder = builder_of(name, fmi)
-    if name == "ClubBallImpact" and not native.pythonfmu_runs_here():
-        return current_native(builder)
+    if fmi == 3 or (name == "ClubBallImpact" and not native.pythonfmu_runs_here()):
+        return current_native(fmi)
     return _current(builder)
 
 
-def current_native(builder: packaging.Builder = FMI2) -> Path:
+def current_native(fmi: int = 2) -> Path:
     """The native FMU of the current sources, built for this machine if necessary.
 
     UserError: there is no compiler, or the file can't be written.
     """
+    builder = native.BUILDERS[fmi]
     path = default_path(builder)
-    path = path.with_name(f"{builder.name}{native.SUFFIX}.fmu")
-    current = packaging.guid_in(path) == native.guid(builder)
+    current = builder.guid_of(path) == builder.guid()
     if current and native.this_machine() in native.binaries_of(archive.unpack(path)):
         return path
     try:
         with _writing(path):
-            native.build(builder, path, here=True)
+            replace(builder, here=True).build(path)
     except native.NativeError as error:
         raise UserError(str(error)) from error
     print(f"Built {path}, for {native.this_machine()} alone.", file=sys.stderr)

@@ -319,12 +319,12 @@ def test_a_damaged_or_foreign_fmu(tmp_path, temporary, fmu_path, damage):
     check_refused(tmp_path, "run laws --fmu x.fmu --out out", words)
 
 
-def test_a_truncated_fmu_and_one_of_fmi_3(tmp_path, fmu_path, fmi3_path):
+def test_a_truncated_fmu_and_one_of_fmi_3(tmp_path, fmu_path, native_fmi3_path):
     data, path = fmu_path.read_bytes(), tmp_path / "x.fmu"
     for end in range(0, len(data), len(data) // 20):
         path.write_bytes(data[:end])
         check_refused(tmp_path, "run laws --fmu x.fmu", "not a readable FMU", "golf-impact build")
-    shutil.copy(fmi3_path, path)
+    shutil.copy(native_fmi3_path, path)
     check_refused(tmp_path, "run laws --fmu x.fmu", "not an FMI 2.0 co-simulation FMU")
 
 

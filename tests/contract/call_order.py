@@ -412,9 +412,6 @@ class Session:
         if model.refused or model.once:
             model.once = False
             return True, False
-        if self.fmi3 and not model.steps:
-            # pythonfmu3 doesn't pass the start time on: it is that of the first step.
-            return not abs(point) <= 1e100, False
         error = point - model.point
         # How far a communication point may lie from where the last step ended.
         if not error or abs(error) <= 1e-6 * size + 1e-15 * abs(model.point):

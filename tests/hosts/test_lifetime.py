@@ -49,9 +49,8 @@ def ends(freed, tmp_path):
 
 
 @pytest.mark.parametrize("end", some(1, ["free none", "free one", "free all"]))
-@pytest.mark.parametrize("path", ["fmu_path", "fmi3_path"])
-def test_a_process_ends_cleanly(ends, request, path, end):
-    ends(request.getfixturevalue(path), end=end)
+def test_a_process_ends_cleanly(ends, fmu_path, end):
+    ends(fmu_path, end=end)
 
 
 def test_with_the_companions_it_ends_cleanly(ends, fmu_path, files):

@@ -7,7 +7,6 @@ import re
 import shutil
 import struct
 import sys
-from functools import partial
 from pathlib import Path
 
 import fmpy
@@ -21,7 +20,7 @@ from programs import HEADERS, HOST_TASKS
 import golf_impact.fmu
 from golf_build import native
 from golf_build.archive import unpack
-from golf_impact.fmu import Fmu, builder_of
+from golf_impact.fmu import Fmu
 from golf_impact.peers import fmus as peers
 
 SANITIZERS = "-fsanitize=address,undefined"
@@ -37,7 +36,7 @@ def for_all(once):
     """A function that returns the FMU for all platforms by version of FMI."""
     if native.fewer_platforms():
         pytest.skip(native.advice())
-    return lambda fmi: once(f"all.fmi{fmi}.native.fmu", partial(native.build, builder_of(fmi=fmi)))
+    return lambda fmi: once(f"all.fmi{fmi}.fmu", native.BUILDERS[fmi].build)
 
 
 @pytest.fixture(scope="module", params=[2, pytest.param(3, marks=pytest.mark.ci)])

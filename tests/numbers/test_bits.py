@@ -71,10 +71,8 @@ def history(way, number):
             way.restore(saved)
         else:
             found.append(way.step(argument))
-            # Before it, pythonfmu3 has not passed on the start time.
-            if True in found:
-                found += [bits(x) for x in way.read(REALS).values()]
-                found += way.read(FLAGS).values()
+            found += [bits(x) for x in way.read(REALS).values()]
+            found += way.read(FLAGS).values()
     return [*found, *way.messages]
 
 

@@ -13,10 +13,9 @@ from fractions import Fraction
 import components
 import pytest
 from compare import assert_close
-from components import initialized, is_set
+from components import initialized
 from fmus import with_checksum
 from golf_physics.component.component import Component
-from golf_physics.component.hybrid import HybridComponent
 from golf_physics.component.state import Snapshot
 from golf_physics.laws import LAWS, Law, integrated
 from golf_physics.laws.law import LinearLaw
@@ -136,25 +135,6 @@ def test_bodies_push_up_to_the_last_double_before_separation(way, values):
                 assert way.step(size)
                 force, *_, compression = way.read(MOTION).values()
                 assert min(force, compression) >= 0.0
-
-
-@pytest.mark.parametrize("block", range(10))
-def test_a_step_to_the_announced_event_reaches_it(block):
-    """Touch and separation, wherever the host's clock stands: never an instant too early."""
-    for seed in range(20 * block, 20 * block + 20):
-        rng = random.Random(seed)
-        ranges = {"gap": (0.0, 10.0 ** (seed % 5)), "club_speed": (5.0, 70.0), "k": (1e5, 3e6)}
-        given = {name: rng.uniform(*ends) for name, ends in ranges.items()}
-        component = initialized(HybridComponent, pytest.fail, **given)
-        point, step = rng.choice([0.0, rng.uniform(-1e3, 1e3)]), rng.uniform(1e-5, 1e-3)
-        assert component.step(point, step)
-        point += step
-        for flag in ("touched", "separated"):
-            if not is_set(component, flag):
-                _, _, when = component.update()
-                assert component.step(point, when - point)
-                point += when - point
-            assert is_set(component, flag), (flag, point, given)
 
 
 @pytest.mark.parametrize(("bits", "faster"), [(0, True), (1, True), (2, False)])
@@ -293,23 +273,20 @@ class Both(LinearLaw):
 
 
 @pytest.mark.parametrize("beyond", [math.inf, math.nan])
-@pytest.mark.parametrize("kind", [Component, HybridComponent])
-def test_a_law_without_a_number(monkeypatch, kind, beyond):
+def test_a_law_without_a_number(monkeypatch, beyond):
     """A change that leads there is refused and has no effect; an output is NaN."""
     monkeypatch.setitem(LAWS, 2, Spring(beyond))
     messages = []
-    component = initialized(kind, messages.append, law=2)
+    component = initialized(Component, messages.append, law=2)
     assert component.step(0.0, 1e-4)
     before = components.get(component, "force")
     components.put(component, k=2e6)
-    if kind is HybridComponent:
-        assert component.update() == (False, False, None)
     assert not component.step(1e-4, 1e-4)
     assert "k = 2000000.0, b = 9.0 are refused" in messages[-1].sentence
     assert components.get(component, "force") == before
     components.put(component, k=1e6)
     assert component.step(1e-4, 1e-4)
-    other = kind(messages.append)
+    other = Component(messages.append)
     other.enter_initialization()
     components.put(other, law=2, k=2e6)
     for names in (["force"], MOTION):
@@ -382,10 +359,9 @@ def test_the_start_time_is_finite():
     assert corrected.step(2.0, 1e-4)
 
 
-@pytest.mark.parametrize("kind", [Component, HybridComponent])
-def test_it_is_set_before_initialization(kind):
+def test_it_is_set_before_initialization():
     messages = []
-    component = kind(messages.append)
+    component = Component(messages.append)
     component.enter_initialization()
     component.set_up(1.0)
     component.exit_initialization()
@@ -435,37 +411,3 @@ def test_states_that_no_instance_has_are_refused(places, value):
     component.step(1e-4, 1e-4)
     assert changed_state(component, *places, value=lambda old: old) is not None
     assert changed_state(component, *places, value=value) is None
-
-
-# Solvers
-
-
-def test_a_solver_finds_no_separation_at_touch():
-    """There is no force either; but the bodies close, at more than half of the approach speed."""
-    component = initialized(HybridComponent, pytest.fail)
-    component.set_time(0.0)
-    found = []
-    for closing in (1.0, 0.5, 0.4, -0.9):
-        component.set_states([0.0, 0.0, closing * 35.0, 0.0])
-        found.append(component.indicators()[1] > 0.0)
-    assert found == [True, True, False, False]
-
-
-@pytest.mark.parametrize(("compression", "in_contact"), [(1e-4, True), (0.0, False)])
-def test_an_event_near_separation(compression, in_contact):
-    """An event of another kind doesn't end a contact that still has a force, however small."""
-    component = initialized(HybridComponent, pytest.fail, law=2, b=0.0)
-    component.set_time(0.0)
-    component.update()
-    component.set_time(5e-4)
-    component.set_states([0.01 + compression, 0.01, 20.0, 50.0])
-    component.update()
-    assert components.is_set(component, "in_contact") == in_contact
-
-
-def test_a_solver_may_try_any_state():
-    """Of a power law the force leaves the range of a double: the accelerations are infinite."""
-    component = initialized(HybridComponent, pytest.fail, law=2, exponent=12.0)
-    component.set_time(0.0)
-    component.set_states([1e60, 0.0, 35.0, 0.0])
-    assert component.derivatives()[2:] == [-math.inf, math.inf]

@@ -1,7 +1,7 @@
 """Properties of every contact law of the table, and of one that is added to it.
 
 The reference is an integration of a law's `force` by SciPy's DOP853. So phases that differ from the
-equations are found, by any steps. Model Exchange has no phases: test_fmi3.py.
+equations are found, by any steps. Model Exchange has no phases: test_model_exchange.py.
 """
 
 import os
@@ -70,11 +70,11 @@ def test_co_simulation_against_the_equations(way_of, law, steps):
 
 
 @every_law
-def test_documents_name_it(fmu_path, fmi3_path, law):
+def test_documents_name_it(fmu_path, native_fmi3_path, law):
     name, description = variables.LAWS[law]
     with zipfile.ZipFile(fmu_path) as archive:
         assert name in archive.read("documentation/index.html").decode()
-    with zipfile.ZipFile(fmi3_path) as archive:
+    with zipfile.ZipFile(native_fmi3_path) as archive:
         xml = archive.read("modelDescription.xml").decode()
     assert f'<Item name="{name}" value="{law}" description="{description}"' in xml
 

@@ -16,7 +16,6 @@ from ..refusals import conflict, conflict_of_inputs
 from ..values import START, Inputs, Instant, Parameters, Refusal, State, added, new
 from ..variables import INPUTS, MOTION, SETTABLE, VARIABLES, Variable
 from .outputs import OUTPUTS, PLACES, readings
-from .solved import SolvedImpact
 from .state import Snapshot, packed, unpacked
 
 _START_VALUES = tuple(row.start for row in SETTABLE.values())
@@ -355,7 +354,7 @@ class Component(FmiComponent):
 
     def restore(self, snapshot: Snapshot | None) -> None:
         """Go back to a snapshot: the instance is then exactly as it was."""
-        if not (isinstance(snapshot, Snapshot) and self._is_alike(snapshot)):
+        if not isinstance(snapshot, Snapshot):
             self._refuse_call(FOREIGN_STATE)
             return
         (
@@ -370,10 +369,6 @@ class Component(FmiComponent):
         self.values = list(values)
         self._point_is_free, self._check_every_step = True, False
         self._size = nan
-
-    def _is_alike(self, snapshot: Snapshot) -> bool:
-        """Whether the steps of a state are of the kind of this instance: not of Model Exchange."""
-        return not isinstance(snapshot.impact, SolvedImpact)
 
     #: A snapshot as bytes, for another process, and back.
     packed = staticmethod(packed)

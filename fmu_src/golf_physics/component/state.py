@@ -9,7 +9,6 @@ from ..modes import INSTANTIATED, STEPPING, TERMINATED
 from ..refusals import conflict
 from ..values import Inputs, Instant, Motion, Parameters, Refusal
 from ..variables import SETTABLE
-from .solved import SolvedImpact
 
 #: It changes with the layout of a state.
 _VERSION = "golf-impact state 11"
@@ -40,7 +39,6 @@ class Snapshot(NamedTuple):
 
 CLASSES = (
     Snapshot, Inputs, Motion, Parameters, Refusal, Results, Touch, Approach, Contact, Flight,
-    SolvedImpact,
 )  # fmt: skip
 
 
@@ -51,12 +49,10 @@ def _in_bounds(*values: float) -> bool:
 def _check(class_: type, arguments: Any) -> None:
     """ValueError where no instance has an object of these arguments: it might take for ever."""
     right = True
-    if class_ is Contact or class_ is SolvedImpact:
-        parameters, inputs = arguments[:2]
+    if class_ is Contact:
+        parameters, inputs, *_, motion, _ = arguments
         right = _in_bounds(*inputs, *parameters)
-        if right and class_ is Contact:
-            *_, motion, _ = arguments
-            right = conflict(parameters, inputs) is None and motion.compression >= 0.0
+        right = right and conflict(parameters, inputs) is None and motion.compression >= 0.0
     elif class_ is Snapshot:
         state = Snapshot(*arguments)
         impact, inputs = state.impact, state.inputs
@@ -65,7 +61,7 @@ def _check(class_: type, arguments: Any) -> None:
         right &= min(state.size, state.steps) >= 0.0 and state.size * state.steps < _LATEST
         if impact is None or inputs is None:
             right &= impact is None and inputs is None and state.mode != STEPPING
-        elif not isinstance(impact, SolvedImpact):
+        else:
             right &= _in_bounds(*inputs, *impact.parameters)
             right = right and conflict(impact.parameters, inputs) is None
     if not right:

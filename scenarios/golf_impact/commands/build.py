@@ -8,13 +8,13 @@ from golf_impact.errors import UserError
 
 EPILOG = (
     "Examples: golf-impact build --out ClubBallImpact.fmu · golf-impact build --native · "
-    "golf-impact build --native --fmi 3 · golf-impact build --system"
+    "golf-impact build --fmi 3 · golf-impact build --system"
 )
 
 _OUT = "The file to write; if omitted, in build/ of a checkout, else in the cache folder."
 _SYSTEM = "Also build the companion FMUs and GolfSwing.ssp, the system of all of them."
-_FMI = "Version of FMI; 3, without --native, also has Model Exchange."
-_NATIVE = "Compiled from C, for hosts without Python (ClubBallImpact.native.fmu); co-simulation."
+_FMI = "Version of FMI; 3 implies --native (ClubBallImpact.fmi3.fmu)."
+_NATIVE = "Compiled from C, for hosts without Python (ClubBallImpact.native.fmu)."
 
 
 def build(
@@ -37,16 +37,15 @@ def build(
         raise UserError(f"--fmi {fmi} is refused: it must be 2 or 3")
     if fmi == 3 and system:
         raise UserError("--system is refused with --fmi 3: the FMUs of the system are FMI 2.0")
+    native = native or fmi == 3
     if system or not native:
         check_temporary_folder()
-    builder = builder_of(fmi=fmi)
-    if out is None:
-        name = f"{builder.name}{in_c.SUFFIX if native else ''}.fmu"
-        out = default_path(builder).with_name(name)
+    builder = in_c.BUILDERS[fmi] if native else builder_of()
+    out = out or default_path(builder)
     if not str(out).endswith(".fmu"):
         raise UserError(f"{out} is refused: the file's name must end in .fmu")
     try:
-        made = [in_c.build(builder, out) if native else builder.build(out)]
+        made = [builder.build(out)]
         if system:
             made += systems.build(made[0].parent, native).values()
     except in_c.NativeError as error:

@@ -15,7 +15,7 @@ from golf_impact.peers import empty_fmu, stepped_impact
 
 def build_plain_fmu(script: Path, folder: Path) -> Path:
     """Package a self-contained slave with pythonfmu, without additions."""
-    with packaged(2, script.stem, script.read_bytes(), {}) as fmu:
+    with packaged(script.stem, script.read_bytes(), {}) as fmu:
         folder.mkdir(parents=True, exist_ok=True)
         return Path(shutil.copy(fmu, folder))
 
