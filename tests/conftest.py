@@ -1,6 +1,7 @@
 """Fixtures for all tests: the built FMUs, and tables of reference cases."""
 
 import os
+import shutil
 import sys
 import tempfile
 from pathlib import Path
@@ -11,9 +12,9 @@ from filelock import FileLock
 from hypothesis import HealthCheck, settings
 
 from golf_build import native
-from golf_build.system import COMPANIONS
+from golf_build.system import COMPANIONS, SYSTEM
 from golf_build.system import build as build_system
-from golf_impact.fmu import builder_of, current_fmu
+from golf_impact.fmu import current_fmu
 
 pytest_plugins = ["companions", "programs", "ways"]
 
@@ -43,11 +44,6 @@ FILES = ("fmu_path", "native_path", "native_fmi3_path")
 def holds_c(path):
     """Whether it is a native FMU."""
     return path.name != "ClubBallImpact.fmu"
-
-
-def build_fmu(out):
-    """Build ClubBallImpact.fmu."""
-    return builder_of().build(out)
 
 
 # The same examples every time, with --ci more of them; at night, new ones and far more:
@@ -116,18 +112,20 @@ def _figures_are_closed():
 
 
 @pytest.fixture(scope="session")
-def once(tmp_path_factory):
-    """Build an FMU once for all processes of a test run, in the first one that needs it."""
-    folder = tmp_path_factory.getbasetemp()
-    if "PYTEST_XDIST_WORKER" in os.environ:
-        folder = folder.parent
+def once(pytestconfig):
+    """Builds a file or folder once for all processes, and for later runs while its sources stay."""
+    kept = Path(pytestconfig.cache.mkdir("built"))
 
-    def once(name, build=build_fmu, **how):
-        path = folder / "built" / Path(name).stem / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with FileLock(path.with_suffix(".lock")):
+    def once(name, digest, build, kind="all"):
+        place = kept / f"{name}.{kind}"
+        path = place / digest[:16] / name
+        with FileLock(f"{place}.lock"):
             if not path.exists():
-                build(path, **how)
+                shutil.rmtree(place, ignore_errors=True)
+                making = Path(tempfile.mkdtemp(dir=kept))
+                build(making / name)
+                place.mkdir()
+                making.rename(path.parent)
         return path
 
     return once
@@ -161,7 +159,7 @@ def system_files(once):
     """A function that returns Swing.fmu, Launch.fmu, BallFlight.fmu and GolfSwing.ssp."""
 
     def system_files():
-        folder = once("system", build_system)
+        folder = once("system", SYSTEM.digest(), build_system)
         return [*(folder / f"{name}.fmu" for name in COMPANIONS), folder / "GolfSwing.ssp"]
 
     return system_files

@@ -294,4 +294,4 @@ def whole_way(request, way_of):
 def fmu_file(once, name):
     """An FMU of the list, built once."""
     builder = FMUS[name]
-    return once(f"{builder.name}.fmu", builder.build)
+    return once(f"{builder.name}.fmu", builder.digest(), builder.build, "here")

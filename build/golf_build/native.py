@@ -185,11 +185,21 @@ class NativeBuilder(Builder):
 
 
 _ROWS = tables.VARIABLES + tables.MORE_VARIABLES
-_TABLES_3 = TABLES | {"rows": _ROWS, "units": tables.UNITS | tables.MORE_UNITS}
+_MODEL_EXCHANGE = {
+    "units": tables.UNITS | tables.MORE_UNITS,
+    "unsolved": tables.CO_SIMULATION_ONLY,
+    "derivatives": dict(zip(tables.DERIVATIVES, tables.STATES, strict=True)),
+    "indicators": tables.INDICATORS,
+    # Flags and touch_time change at events alone; what is NaN in Model Exchange belongs in
+    # co-simulation to the step before: without dependencies.
+    "dependencies": {row.name: row.dependencies for row in _ROWS if row.dependencies is not None},
+}
+_TABLES_3 = TABLES | _MODEL_EXCHANGE | {"rows": _ROWS}
+_TABLES_2 = _TABLES_3 | {"rows": [row for row in _ROWS if row.causality != "independent"]}
 
 #: By version of FMI.
 BUILDERS = {
-    2: NativeBuilder("ClubBallImpact.native", TABLES),
+    2: NativeBuilder("ClubBallImpact.native", _TABLES_2),
     3: NativeBuilder("ClubBallImpact.fmi3", _TABLES_3, fmi=3),
 }
 

@@ -12,13 +12,23 @@ from golf_physics.component import component
 from golf_physics.laws import extended, integrated, power_law, relative
 from golf_physics.numerics import chebyshev, gauss, ode
 from golf_physics.values import Inputs, Parameters, rejected
-from golf_physics.variables import INPUTS, MORE_VARIABLES, MOTION, SETTABLE, VARIABLES, Variable
+from golf_physics.variables import (
+    BY_NAME,
+    INDICATORS,
+    INPUTS,
+    MORE_VARIABLES,
+    MOTION,
+    SETTABLE,
+    STATES,
+    VARIABLES,
+    Variable,
+)
 
 _TYPES = {"Real": "REAL", "Enumeration": "ENUMERATION", "Boolean": "BOOLEAN"}
 
 
 def header(fmi: int, token: str, start: Mapping[str, float]) -> str:
-    """The C header for a version of FMI, with the FMU's GUID or instantiation token.
+    """The C header for a version of FMI (0: the page), with the FMU's GUID or instantiation token.
 
     `start` has start values by name, where they aren't those of the table.
     """
@@ -29,7 +39,7 @@ def header(fmi: int, token: str, start: Mapping[str, float]) -> str:
 def _lines(fmi: int, token: str, start: Mapping[str, float]) -> Iterator[str]:
     # Those that can be set first, in the order of an instance's values.
     rows = [*SETTABLE.values(), *(row for row in VARIABLES if row.start is None)]
-    rows += MORE_VARIABLES if fmi == 3 else ()
+    rows += (row for row in MORE_VARIABLES if fmi == 3 or (fmi == 2 and row.name != "time"))
     yield f"#define FMI_VERSION {fmi}"
     yield f'#define TOKEN "{token}"'
     yield ""
@@ -67,6 +77,11 @@ def _lines(fmi: int, token: str, start: Mapping[str, float]) -> Iterator[str]:
     outputs = (row.name for row in rows if row.causality != "input" and row.start is None)
     yield "#define OUTPUTS(X) \\"
     yield " \\\n".join(f"    X({name})" for name in outputs if name not in MOTION)
+    yield ""
+    # Model Exchange.
+    yield f"enum {{ STATES = {len(STATES)}, INDICATORS = {len(INDICATORS)} }};"
+    if fmi:
+        yield from _array("NOMINALS", [BY_NAME[name].nominal for name in STATES])
     yield ""
     yield from _constants()
     yield ""

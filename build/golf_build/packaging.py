@@ -22,6 +22,7 @@ import golf_physics
 from golf_physics.variables import Variable
 
 from golf_build.archive import SUMS, checksums, scratch, unpack, write_archive
+from golf_build.description import interfaces, structure
 
 HERE = Path(__file__).resolve().parent
 _PHYSICS = Path(golf_physics.__file__).resolve().parent
@@ -102,7 +103,15 @@ class Builder:
 
     def describe(self, token: str, tool: str, sources: Iterable[str] = ()) -> bytes:
         """The model description with a GUID, the tool that made it, and the names of C sources."""
-        context = self._context(token=token, tool=tool, sources=sources)
+        rows, tables = self.rows(), self.tables
+        context = self._context(
+            token=token,
+            tool=tool,
+            sources=sources,
+            interfaces=interfaces(self.fmi, self.model, "derivatives" in tables),
+            structure=structure(self.fmi, rows, tables),
+            positions={row.name: n for n, row in enumerate(rows, 1)},
+        )
         description = render(HERE / "modelDescription.xml.jinja", **context)
         # All attributes are in double quotes, so apostrophes need no escape.
         return description.replace(b"&#39;", b"'")

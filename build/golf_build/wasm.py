@@ -39,7 +39,7 @@ def build() -> dict[str, bytes]:
         needs = f"the page's WebAssembly needs ziglang {ZIGLANG} for its bytes"
         raise NativeError(f"{needs}: {install_command('native')}")
     sources = {file.name: file.read_bytes() for file in fmu_source("native").glob("*.[ch]")}
-    sources["variables.h"] = header(2, "", {}).encode()
+    sources["variables.h"] = header(0, "", {}).encode()
     wasm = compiled([*ZIG_CC, *_FLAGS, "page.c", "-o", "physics.wasm"], sources, "physics.wasm")
     notices = (f"{name}\n\n{(zig / file).read_text()}" for name, file in _NOTICES.items())
     return {"physics.wasm": wasm, "physics.txt": "\n\n".join(notices).encode()}

@@ -35,6 +35,9 @@ typedef struct {
     Inputs inputs;
     /* Before stepping the impact is that of the present values, on demand. */
     int has_impact;
+    /* In Model Exchange: the host's time, s, and its solver's states; whether a drag has acted. */
+    int is_solved, is_dragged;
+    double time, states[4];
     PhaseKind first_phase; /* that from which these steps began, in this phase */
     Parameters parameters;
     Impact impact;
@@ -50,9 +53,19 @@ typedef struct {
     int check_every_step; /* a touch is ahead that would be refused */
     int has_failed; /* whether a read can't be computed */
     int has_state;  /* whether the state at this communication point has been read */
-    State state;
+    State state, solver; /* as outputs and, in Model Exchange, the solver have it */
     Snapshot is;
 } Component;
+
+#if FMI_VERSION
+/* Of model_exchange.c. */
+static void begin_solution(Component *c);
+static void evaluate_solution(Component *c);
+#else
+/* The page steps alone. */
+static void begin_solution(Component *c) { (void)c; }
+static void evaluate_solution(Component *c) { (void)c; }
+#endif
 
 /* REFUSALS */
 
@@ -174,6 +187,7 @@ static void begin_impact(Component *c, Inputs inputs)
     c->is.has_impact = 1;
     c->is.first_phase = APPROACH;
     begin_steps(c, (Instant){0.0, 0.0}, 0.0);
+    if (c->is.is_solved) begin_solution(c);
 }
 
 /* Before stepping: the impact of the present values. */
@@ -191,10 +205,12 @@ static void component_reset(Component *c)
 {
     Report report_to = c->report;
     void *context = c->context;
+    int is_solved = c->is.is_solved;
     memset(c, 0, sizeof *c);
     for (int n = 0; n < SETTABLE; n++) c->is.values[n] = TABLE[n].start;
     c->report = report_to;
     c->context = context;
+    c->is.is_solved = is_solved;
     c->size = NAN;
 }
 
@@ -284,12 +300,20 @@ static Instant instant_after(const Snapshot *is, double count)
     return added(added(is->begin, count * high), count * (size - high));
 }
 
-/* The present instant: the sum of the accepted steps. */
-static Instant instant_now(const Component *c) { return instant_after(&c->is, c->is.count); }
+/* The present instant: the sum of the accepted steps; in Model Exchange, the host's time. */
+static Instant instant_now(const Component *c)
+{
+    return c->is.is_solved ? (Instant){c->is.time, 0.0} : instant_after(&c->is, c->is.count);
+}
 
 /* The impact in the phase that holds the present instant. */
 static Impact *present(Component *c)
 {
+    if (c->is.is_solved) {
+        if (!c->has_state) evaluate_solution(c);
+        c->has_state = 1;
+        return &c->is.impact;
+    }
     if (!c->is.has_impact) preview(c);
     if (!advance(&c->is.impact, &c->is.parameters, c->is.inputs, instant_now(c))) c->has_failed = 1;
     return &c->is.impact;
@@ -468,6 +492,7 @@ static int component_set(Component *c, uint32_t reference, double value, Type ty
     if (value == c->is.values[place]) return 1;
     c->is.values[place] = value;
     c->size = NAN;
+    if (c->is.is_solved) c->has_state = 0;
     if (c->is.mode < STEPPING) c->is.has_impact = c->has_state = 0;
     return 1;
 }
@@ -494,6 +519,7 @@ static const State *state_now(Component *c)
 {
     if (!c->has_state) {
         Impact *i = present(c);
+        if (c->is.is_solved) return &c->state;
         c->state = i->phase == CONTACT ? contact_state(c, i)
                                        : impact_state(i, &c->is.parameters, instant_now(c));
         c->has_state = 1;

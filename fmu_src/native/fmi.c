@@ -45,6 +45,8 @@ FMI(Status) FMI(Terminate)(void *c)
     return status_of(c != NULL);
 }
 
+FMI(Status) FMI(EnterEventMode)(void *c) { return status_of(c != NULL); }
+
 FMI(Status) FMI(Reset)(void *c)
 {
     if (c) reset_instance(c);
@@ -122,4 +124,83 @@ FMI(Status) FMI_STATE(Serialize, )(void *c, void *state, FMI(Byte) bytes[], size
 FMI(Status) FMI_STATE(DeSerialize, )(void *c, const FMI(Byte) bytes[], size_t size, void **state)
 {
     return status_of(c && deserialize(c, (const unsigned char *)bytes, size, state));
+}
+
+/* MODEL EXCHANGE */
+
+#define CAN_SOLVE(count, size) (is_of_kind(c, MODEL_EXCHANGE) && values && (count) == (size))
+
+/* After initialization alone does a solver set anything. */
+static int has_begun(Instance *i)
+{
+    if (i->component.is.mode == STEPPING) return 1;
+    return is_illegal(i, "time and states are refused before initialization has succeeded and after the end");
+}
+
+FMI(Status) FMI(SetTime)(void *c, double time)
+{
+    int is_legal = is_of_kind(c, MODEL_EXCHANGE) && has_begun(c);
+    if (is_legal) set_time(COMPONENT(c), time);
+    return status_of(is_legal);
+}
+
+FMI(Status) FMI(SetContinuousStates)(void *c, const double values[], size_t count)
+{
+    int is_legal = CAN_SOLVE(count, STATES) && has_begun(c);
+    if (is_legal) set_states(COMPONENT(c), values);
+    return status_of(is_legal);
+}
+
+FMI(Status) FMI(GetContinuousStates)(void *c, double values[], size_t count)
+{
+    int is_legal = CAN_SOLVE(count, STATES);
+    if (is_legal) get_states(COMPONENT(c), values);
+    return status_of(is_legal);
+}
+
+FMI(Status) FMI(GetNominalsOfContinuousStates)(void *c, double values[], size_t count)
+{
+    int is_legal = CAN_SOLVE(count, STATES);
+    if (is_legal) memcpy(values, NOMINALS, sizeof NOMINALS);
+    return status_of(is_legal);
+}
+
+FMI(Status) FMI(GetEventIndicators)(void *c, double values[], size_t count)
+{
+    int is_legal = CAN_SOLVE(count, INDICATORS);
+    if (is_legal) get_indicators(COMPONENT(c), values);
+    return status_of(is_legal);
+}
+
+static FMI(Status) get_state_derivatives(void *c, double values[], size_t count)
+{
+    return status_of(CAN_SOLVE(count, STATES) && get_derivatives(COMPONENT(c), values));
+}
+
+/* Events and states of an instance have no modes of their own: calls are right in any order. */
+FMI(Status) FMI(EnterContinuousTimeMode)(void *c) { return status_of(is_of_kind(c, MODEL_EXCHANGE)); }
+
+/* Changes of unknowns for those of the known variables; both by value reference. */
+static int get_changes(Instance *i, const unsigned unknowns[], size_t unknown_count,
+                       const unsigned knowns[], size_t known_count, const double seeds[],
+                       double values[])
+{
+    Change change = {0};
+    if (!is_of_kind(i, MODEL_EXCHANGE) || (unknown_count && !(unknowns && values))
+        || (known_count && !(knowns && seeds)))
+        return 0;
+    for (size_t n = 0; n < known_count; n++) {
+        double *known = known_change(&change, knowns[n]);
+        if (!known)
+            return is_illegal(i, "a directional derivative with respect to another variable than an "
+                                 "input or a continuous state is refused");
+        *known += seeds[n];
+    }
+    for (size_t n = 0; n < unknown_count; n++) {
+        if (!is_unknown(unknowns[n]))
+            return is_illegal(i, "a directional derivative of another variable than an output, a "
+                                 "derivative or an event indicator is refused");
+        values[n] = unknown_change(&i->component, unknowns[n], &change);
+    }
+    return 1;
 }

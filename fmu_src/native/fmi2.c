@@ -1,4 +1,4 @@
-/* The functions of FMI 2.0 for co-simulation. */
+/* The functions that FMI 2.0 alone has, for co-simulation and Model Exchange. */
 
 const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
 
@@ -6,7 +6,8 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
                               const fmi2CallbackFunctions *host, fmi2Boolean visible,
                               fmi2Boolean logging)
 {
-    return new_instance(type == fmi2CoSimulation, name, guid, host ? host->logger : NULL,
+    Kind kind = type == fmi2ModelExchange ? MODEL_EXCHANGE : CO_SIMULATION;
+    return new_instance(kind, name, guid, host ? host->logger : NULL,
                         host ? host->componentEnvironment : NULL);
 }
 
@@ -26,7 +27,7 @@ fmi2Status fmi2EnterInitializationMode(fmi2Component c)
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real point, fmi2Real size, fmi2Boolean no_set_prior)
 {
     Instance *i = c;
-    if (!i) return fmi2Error;
+    if (!is_of_kind(i, CO_SIMULATION)) return fmi2Error;
     if (is_past_stop(i, point, size)) return status_of(is_illegal(i, PAST_STOP));
     i->is_refused = !component_step(&i->component, point, size);
     i->reached = i->is_refused ? point : point + size;
@@ -49,6 +50,39 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2
     return fmi2OK;
 }
 
+fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real values[], size_t count)
+{
+    return get_state_derivatives(c, values, count);
+}
+
+fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
+{
+    int must_stop;
+    if (!is_of_kind(c, MODEL_EXCHANGE) || !info) return fmi2Error;
+    int is_legal = update_solution(COMPONENT(c), &must_stop);
+    memset(info, 0, sizeof *info);
+    info->terminateSimulation = must_stop;
+    /* Also where derivatives alone jump: some solvers restart only then. */
+    info->valuesOfContinuousStatesChanged = fmi2True;
+    return status_of(is_legal);
+}
+
+fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_set_prior,
+                                       fmi2Boolean *event, fmi2Boolean *terminate)
+{
+    if (!is_of_kind(c, MODEL_EXCHANGE) || !event || !terminate) return fmi2Error;
+    *event = *terminate = fmi2False;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknowns[],
+                                        size_t unknown_count, const fmi2ValueReference knowns[],
+                                        size_t known_count, const fmi2Real seeds[],
+                                        fmi2Real values[])
+{
+    return status_of(get_changes(c, unknowns, unknown_count, knowns, known_count, seeds, values));
+}
+
 GET_AND_SET(Real, fmi2Real, REAL)
 GET_AND_SET(Integer, fmi2Integer, ENUMERATION)
 
@@ -64,7 +98,4 @@ WITHOUT(SetRealInputDerivatives, fmi2Error, REFERENCES, const fmi2Integer orders
         const fmi2Real values[])
 WITHOUT(GetRealOutputDerivatives, fmi2Error, REFERENCES, const fmi2Integer orders[],
         fmi2Real values[])
-WITHOUT(GetDirectionalDerivative, fmi2Error, const fmi2ValueReference unknowns[],
-        size_t unknown_count, const fmi2ValueReference knowns[], size_t known_count,
-        const fmi2Real seeds[], fmi2Real values[])
 fmi2Status fmi2CancelStep(fmi2Component c) { return fmi2Error; }

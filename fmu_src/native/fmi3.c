@@ -1,4 +1,5 @@
-/* The functions of FMI 3.0: co-simulation with event mode and early return. */
+/* The functions that FMI 3.0 alone has: co-simulation with event mode and early return, and Model
+   Exchange. */
 
 fmi3Instance fmi3InstantiateCoSimulation(
     fmi3String name, fmi3String token, fmi3String path, fmi3Boolean visible, fmi3Boolean logging,
@@ -6,7 +7,7 @@ fmi3Instance fmi3InstantiateCoSimulation(
     size_t intermediate_count, fmi3InstanceEnvironment environment, fmi3LogMessageCallback logger,
     fmi3IntermediateUpdateCallback update)
 {
-    Instance *i = new_instance(1, name, token, logger, environment);
+    Instance *i = new_instance(CO_SIMULATION, name, token, logger, environment);
     if (!i) return NULL;
     i->has_event_mode = event_mode;
     i->may_return_early = early_return;
@@ -18,7 +19,7 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi
                                           fmi3InstanceEnvironment environment,
                                           fmi3LogMessageCallback logger)
 {
-    return new_instance(0, name, token, logger, environment);
+    return new_instance(MODEL_EXCHANGE, name, token, logger, environment);
 }
 
 fmi3Instance fmi3InstantiateScheduledExecution(
@@ -26,7 +27,7 @@ fmi3Instance fmi3InstantiateScheduledExecution(
     fmi3InstanceEnvironment environment, fmi3LogMessageCallback logger, fmi3ClockUpdateCallback update,
     fmi3LockPreemptionCallback lock, fmi3UnlockPreemptionCallback unlock)
 {
-    return new_instance(0, name, token, logger, environment);
+    return new_instance(ANOTHER, name, token, logger, environment);
 }
 
 /* THE RUN */
@@ -41,8 +42,7 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean has_tolerance
 }
 
 /* Modes that the component doesn't have. */
-fmi3Status fmi3EnterEventMode(fmi3Instance c) { return status_of(c != NULL); }
-fmi3Status fmi3EnterStepMode(fmi3Instance c) { return status_of(c != NULL); }
+fmi3Status fmi3EnterStepMode(fmi3Instance c) { return status_of(is_of_kind(c, CO_SIMULATION)); }
 fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance c) { return status_of(c != NULL); }
 fmi3Status fmi3EnterConfigurationMode(fmi3Instance c) { return status_of(c != NULL); }
 fmi3Status fmi3ExitConfigurationMode(fmi3Instance c) { return status_of(c != NULL); }
@@ -53,7 +53,7 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 point, fmi3Float64 size, fmi3B
 {
     Instance *i = c;
     int is_event = 0, is_accepted;
-    if (!i || !event || !terminate || !early || !last) return fmi3Error;
+    if (!is_of_kind(i, CO_SIMULATION) || !event || !terminate || !early || !last) return fmi3Error;
     *event = *terminate = *early = fmi3False;
     *last = point;
     if (is_past_stop(i, point, size)) return status_of(is_illegal(i, PAST_STOP));
@@ -77,11 +77,49 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Bool
     double next = 0.0;
     if (!c || !again || !terminate || !nominals || !jumped || !is_defined || !when) return fmi3Error;
     int is_legal = component_update(COMPONENT(c), &must_stop, &is_known, &next);
-    *again = *nominals = *jumped = fmi3False;
+    *again = *nominals = fmi3False;
+    /* Also where derivatives alone jump: some solvers restart only then. */
+    *jumped = COMPONENT(c)->is.is_solved;
     *terminate = must_stop;
     *is_defined = is_known;
     *when = next;
     return status_of(is_legal);
+}
+
+fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 values[], size_t count)
+{
+    return get_state_derivatives(c, values, count);
+}
+
+fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *count)
+{
+    if (!is_of_kind(c, MODEL_EXCHANGE) || !count) return fmi3Error;
+    *count = STATES;
+    return fmi3OK;
+}
+
+fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *count)
+{
+    if (!is_of_kind(c, MODEL_EXCHANGE) || !count) return fmi3Error;
+    *count = INDICATORS;
+    return fmi3OK;
+}
+
+fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean no_set_prior, fmi3Boolean *event,
+                                       fmi3Boolean *terminate)
+{
+    if (!is_of_kind(c, MODEL_EXCHANGE) || !event || !terminate) return fmi3Error;
+    *event = *terminate = fmi3False;
+    return fmi3OK;
+}
+
+fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference unknowns[],
+                                        size_t unknown_count, const fmi3ValueReference knowns[],
+                                        size_t known_count, const fmi3Float64 seeds[],
+                                        size_t seed_count, fmi3Float64 values[], size_t value_count)
+{
+    return status_of(seed_count == known_count && value_count == unknown_count
+                     && get_changes(c, unknowns, unknown_count, knowns, known_count, seeds, values));
 }
 
 GET_AND_SET(Float64, fmi3Float64, REAL)
@@ -101,10 +139,6 @@ GET_AND_SET(UInt64, fmi3UInt64, UINT64)
 
 #define WITHOUT(Name, ...)                                                                          \
     fmi3Status fmi3##Name(fmi3Instance c, __VA_ARGS__) { return fmi3Error; }
-#define DERIVATIVE                                                                                  \
-    const fmi3ValueReference unknowns[], size_t unknown_count, const fmi3ValueReference knowns[],   \
-        size_t known_count, const fmi3Float64 seeds[], size_t seed_count, fmi3Float64 values[],     \
-        size_t value_count
 
 WITHOUT(GetBinary, REFERENCES, size_t sizes[], fmi3Binary values[], size_t value_count)
 WITHOUT(SetBinary, REFERENCES, const size_t sizes[], const fmi3Binary values[], size_t value_count)
@@ -123,19 +157,9 @@ WITHOUT(GetNumberOfVariableDependencies, fmi3ValueReference reference, size_t *c
 WITHOUT(GetVariableDependencies, fmi3ValueReference dependent, size_t elements[],
         fmi3ValueReference independents[], size_t independent_elements[],
         fmi3DependencyKind kinds[], size_t count)
-WITHOUT(GetDirectionalDerivative, DERIVATIVE)
-WITHOUT(GetAdjointDerivative, DERIVATIVE)
+WITHOUT(GetAdjointDerivative, const fmi3ValueReference unknowns[], size_t unknown_count,
+        const fmi3ValueReference knowns[], size_t known_count, const fmi3Float64 seeds[],
+        size_t seed_count, fmi3Float64 values[], size_t value_count)
 WITHOUT(GetOutputDerivatives, REFERENCES, const fmi3Int32 orders[], fmi3Float64 values[],
         size_t value_count)
 WITHOUT(ActivateModelPartition, fmi3ValueReference clock, fmi3Float64 time)
-WITHOUT(CompletedIntegratorStep, fmi3Boolean no_set_prior, fmi3Boolean *event,
-        fmi3Boolean *terminate)
-WITHOUT(SetTime, fmi3Float64 time)
-WITHOUT(SetContinuousStates, const fmi3Float64 values[], size_t count)
-WITHOUT(GetContinuousStates, fmi3Float64 values[], size_t count)
-WITHOUT(GetContinuousStateDerivatives, fmi3Float64 values[], size_t count)
-WITHOUT(GetNominalsOfContinuousStates, fmi3Float64 values[], size_t count)
-WITHOUT(GetEventIndicators, fmi3Float64 values[], size_t count)
-WITHOUT(GetNumberOfEventIndicators, size_t *count)
-WITHOUT(GetNumberOfContinuousStates, size_t *count)
-fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c) { return fmi3Error; }

@@ -66,24 +66,27 @@ static int is_illegal(const Instance *i, const char *sentence)
 
 /* LIFE */
 
+typedef enum { CO_SIMULATION, MODEL_EXCHANGE, ANOTHER } Kind;
+
 /* Why no instance is made of this kind, with this GUID or token; empty if it is. */
-static void refuse_instance(Text *t, int is_co_simulation, const char *token)
+static void refuse_instance(Text *t, Kind kind, const char *token)
 {
     const char *words[] = {token ? token : "NULL", TOKEN};
     *t->end = 0;
-    if (!is_co_simulation) put(t, "another interface is refused: this FMU has co-simulation only");
+    if (kind == ANOTHER)
+        put(t, "this interface is refused: this FMU has co-simulation and Model Exchange");
     else if (!token || strcmp(token, TOKEN))
         put_sentence(t, "GUID or token = %s is refused: this FMU has %s", words);
 }
 
 /* An instance; NULL, and a message, if there is none. */
-static Instance *new_instance(int is_co_simulation, const char *name, const char *token,
-                              Logger logger, void *environment)
+static Instance *new_instance(Kind kind, const char *name, const char *token, Logger logger,
+                              void *environment)
 {
     char text[SENTENCE_SIZE];
     Text why = {text, text + sizeof text - 1};
     if (!name) name = "";
-    refuse_instance(&why, is_co_simulation, token);
+    refuse_instance(&why, kind, token);
     Instance *i = *text ? NULL : calloc(1, sizeof *i);
     char *copy = i ? malloc(strlen(name) + 1) : NULL;
     if (!copy) {
@@ -97,6 +100,7 @@ static Instance *new_instance(int is_co_simulation, const char *name, const char
     i->stop_time = INFINITY;
     i->component.report = send_report;
     i->component.context = i;
+    i->component.is.is_solved = kind == MODEL_EXCHANGE;
     component_reset(&i->component);
     return i;
 }
@@ -120,6 +124,16 @@ static int set_up(Instance *i, double start_time, int has_stop_time, double stop
     if (!component_set_up(&i->component, start_time)) return 0;
     i->stop_time = has_stop_time && !isnan(stop_time) ? stop_time : INFINITY;
     return 1;
+}
+
+/* Whether an instance is of this kind; a function of another interface is refused. */
+static int is_of_kind(const Instance *i, Kind kind)
+{
+    if (!i) return 0;
+    if (i->component.is.is_solved == (kind == MODEL_EXCHANGE)) return 1;
+    if (kind == MODEL_EXCHANGE)
+        return is_illegal(i, "a function of Model Exchange is refused: this instance makes steps");
+    return is_illegal(i, "a step is refused: this instance is for Model Exchange");
 }
 
 static int is_past_stop(const Instance *i, double point, double size)
@@ -152,7 +166,7 @@ static int save(Instance *i, void **state)
 
 static int restore(Instance *i, const Saved *s)
 {
-    if (!s || s->itself != s) {
+    if (!s || s->itself != s || s->is.is_solved != i->component.is.is_solved) {
         refuse_call(&i->component, refusal(FOREIGN_STATE, 0.0, 0.0));
         return 0;
     }

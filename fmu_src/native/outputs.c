@@ -126,6 +126,9 @@ static double output_kinetic_energy(Component *c, Impact *i)
     return 0.5 * twice_kinetic_energy(&c->is.parameters, v_club, v_ball);
 }
 
+#if FMI_VERSION
+#include "model_exchange.c"
+#endif
 #if FMI_VERSION == 3
 #include "events.c"
 #endif
@@ -134,6 +137,10 @@ static double output_kinetic_energy(Component *c, Impact *i)
 static double output(Component *c, uint32_t reference)
 {
     Impact *i = present(c);
+#if FMI_VERSION
+    if (c->is.is_solved && needs_history(reference)) return NAN;
+    if (c->is.is_solved && reference == VR_impulse && has_touched(i)) return impulse_of_solution(c);
+#endif
     switch (reference) {
 #define CASE(name) case VR_##name: return output_##name(c, i);
     OUTPUTS(CASE)

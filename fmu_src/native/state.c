@@ -3,7 +3,7 @@
    Bytes have a name that changes with the layout, every value, and a checksum; contacts are made again
    from their initial states. Bytes of other content are refused, or restored harmlessly. */
 
-static const char LAYOUT[] = "golf-impact native state 2";
+static const char LAYOUT[] = "golf-impact native state 3";
 
 enum {
     STATE_SIZE = offsetof(Snapshot, impact.contact),
@@ -115,7 +115,7 @@ static int unpacked(Snapshot *to, const unsigned char bytes[], size_t size)
     memcpy(to, bytes + sizeof LAYOUT, STATE_SIZE);
     to->impact.has_failed = 0;
     if (!is_possible(to)) return 0;
-    if (to->has_impact && to->impact.phase != APPROACH)
+    if (to->has_impact && !to->is_solved && to->impact.phase != APPROACH)
         contact_begin(&to->impact.contact, &to->parameters, to->impact.acting, to->impact.motion);
     return 1;
 }

@@ -34,9 +34,12 @@ BOTH = ("native_path", "native_fmi3_path")
 @pytest.fixture(scope="session")
 def for_all(once):
     """A function that returns the FMU for all platforms by version of FMI."""
-    if native.fewer_platforms():
-        pytest.skip(native.advice())
-    return lambda fmi: once(f"all.fmi{fmi}.fmu", native.BUILDERS[fmi].build)
+
+    def for_all(fmi):
+        builder = native.BUILDERS[fmi]
+        return once(f"{builder.name}.fmu", builder.digest(), builder.build)
+
+    return for_all
 
 
 @pytest.fixture(scope="module", params=[2, pytest.param(3, marks=pytest.mark.ci)])

@@ -1,0 +1,356 @@
+/* Model Exchange: the host's solver finds the motion from the equations, the indicators of touch and
+   separation, and what is computed here at each instant: outputs, and their directional derivatives.
+
+   The continuous states are positions (m) and velocities (m/s), each of club and ball. Until first
+   touch the club has the speed of the input, and its state follows at events. Between events the phase
+   holds at every instant, so that a solver may try states on both sides of an event. */
+
+/* Added to an indicator that may be exactly 0 before its event: solvers look for changes of sign. */
+#define ABOVE_ZERO 1e-18
+
+/* An event nearer than this (in units of the contact's time scale, and relative to the host's time) has
+   happened: a solver's root is some 1e-15 s off, and restarted before it would find it again. */
+#define EVENT_IS_NEAR 1e-11
+#define EVENT_IS_NEAR_IN_TIME 1e-15
+
+/* THE STATE */
+
+static void begin_solution(Component *c)
+{
+    Snapshot *is = &c->is;
+    const Parameters *p = &is->parameters;
+    is->time = is->start_time;
+    /* From here on the clock is the host's time. */
+    is->origin = 0.0;
+    is->is_dragged = 0;
+    is->states[0] = -p->gap;
+    is->states[1] = 0.0;
+    is->states[2] = is->inputs.club_speed;
+    is->states[3] = p->ball_speed;
+}
+
+/* Evaluate the state at the host's time, under its states and inputs. */
+static void evaluate_solution(Component *c)
+{
+    if (!c->is.has_impact) preview(c);
+    Snapshot *is = &c->is;
+    Impact *i = &is->impact;
+    const Parameters *p = &is->parameters;
+    Inputs inputs = inputs_of(is->values);
+    double x_club = is->states[0], x_ball = is->states[1], v_ball = is->states[3];
+    double v_club = i->phase == APPROACH ? inputs.club_speed : is->states[2];
+    double force = 0.0, compression = x_club - x_ball, closing = v_club - v_ball;
+    int is_apart = 0;
+    if (i->phase == APPROACH)
+        i->approach.motion = (Motion){x_club, x_ball, v_club, v_ball, compression, closing};
+    if (i->phase == CONTACT) {
+        i->acting = acting_inputs(p, inputs, i->touch.club_speed - p->ball_speed);
+        force = law_force(p, i->acting.k, i->acting.b, compression, closing);
+        if (law_drag(p, i->acting.b)) is->is_dragged = 1;
+    }
+    if (i->phase == FLIGHT) {
+        const Motion *start = &i->flight.at_separation;
+        double t = is->time - i->flight.separation.high;
+        i->flight.club_force = inputs.club_force;
+        /* Even if a force turned the club at once, the compression would have vanished by then. */
+        is_apart = 2.0 * start->compression + start->closing * t <= 0.0;
+    }
+    /* For the solver, force and compression continue smoothly below 0 until the event. */
+    c->solver = (State){force, x_club, x_ball, v_club, v_ball, compression};
+    c->state = c->solver;
+    c->state.force = larger(0.0, force);
+    c->state.compression = is_apart ? 0.0 : larger(0.0, compression);
+}
+
+static const State *solver_state(Component *c)
+{
+    const State *s = state_now(c);
+    return c->is.is_solved ? &c->solver : s;
+}
+
+/* VARIABLES: in co-simulation they are there, too */
+
+/* The drag on a body at this velocity, N. */
+static double drag_on(const Component *c, const Impact *i, double velocity)
+{
+    return law_drag(&c->is.parameters, i->acting.b) * velocity;
+}
+
+static double output_club_acceleration(Component *c, Impact *i)
+{
+    double m_club = c->is.parameters.m_club;
+    if (i->phase == APPROACH) return 0.0;
+    if (i->phase == FLIGHT) return i->flight.club_force / m_club;
+    const State *s = solver_state(c);
+    double force = -(s->force + drag_on(c, i, s->v_club));
+    return (i->acting.club_force ? force + i->acting.club_force : force) / m_club;
+}
+
+static double output_ball_acceleration(Component *c, Impact *i)
+{
+    if (i->phase != CONTACT) return 0.0;
+    const State *s = solver_state(c);
+    return (s->force - drag_on(c, i, s->v_ball)) / c->is.parameters.m_ball;
+}
+
+/* Whether the force has ended. At touch it is 0, too; but there the bodies still close at their
+   approach speed. */
+static int is_over(const Component *c, const Impact *i, const State *s)
+{
+    double approach = i->touch.club_speed - c->is.parameters.ball_speed;
+    return s->force <= 0.0 && s->v_club - s->v_ball < 0.5 * approach;
+}
+
+static double touch_indicator(const State *s)
+{
+    return larger(s->x_ball - s->x_club, s->v_ball - s->v_club) + ABOVE_ZERO;
+}
+
+/* Positive until the gap is closed and the bodies are closing, then -1. */
+static double output_touch_indicator(Component *c, Impact *i)
+{
+    return has_touched(i) ? -1.0 : touch_indicator(solver_state(c));
+}
+
+/* Positive while there is a force, then negative: a root, as a power law's zero is too flat. */
+static double output_separation_indicator(Component *c, Impact *i)
+{
+    if (i->phase != CONTACT) return has_touched(i) ? -1.0 : 1.0;
+    const State *s = solver_state(c);
+    double root = pow(fabs(s->force), 1.0 / c->is.parameters.exponent) + ABOVE_ZERO;
+    return is_over(c, i, s) ? -root : root;
+}
+
+/* What the ball has gained, N.s; NaN once a drag has taken some of it. */
+static double impulse_of_solution(const Component *c)
+{
+    const Parameters *p = &c->is.parameters;
+    return c->is.is_dragged ? NAN : p->m_ball * (c->is.states[3] - p->ball_speed);
+}
+
+/* Outputs that depend on the history of the contact, not only on its states. */
+static int needs_history(uint32_t reference)
+{
+    return reference == VR_mean_force || reference == VR_max_force
+           || reference == VR_time_of_max_force || reference == VR_max_compression;
+}
+
+/* THE HOST'S SOLVER */
+
+static void set_time(Component *c, double time)
+{
+    c->is.time = time;
+    c->has_state = 0;
+}
+
+static void set_states(Component *c, const double states[])
+{
+    memcpy(c->is.states, states, sizeof c->is.states);
+    c->has_state = 0;
+}
+
+static void get_states(Component *c, double states[])
+{
+    present(c);
+    memcpy(states, c->is.states, sizeof c->is.states);
+}
+
+/* The derivatives of the states. Returns whether there are any: not while values are refused. */
+static int get_derivatives(Component *c, double derivatives[])
+{
+    Impact *i = present(c);
+    derivatives[0] = c->solver.v_club;
+    derivatives[1] = c->solver.v_ball;
+    derivatives[2] = output_club_acceleration(c, i);
+    derivatives[3] = output_ball_acceleration(c, i);
+    return !c->is.refused_count && c->is.mode != START_REFUSED;
+}
+
+static void get_indicators(Component *c, double indicators[])
+{
+    Impact *i = present(c);
+    indicators[0] = output_touch_indicator(c, i);
+    indicators[1] = output_separation_indicator(c, i);
+}
+
+/* What happens at this instant; or why it may not. */
+static Refusal handle_event(Component *c)
+{
+    Snapshot *is = &c->is;
+    Impact *i = present(c);
+    const Parameters *p = &is->parameters;
+    Inputs inputs = inputs_of(is->values);
+    Refusal why = conflict(p, inputs);
+    if (why.reason) return why;
+    State now = c->solver, ahead = now;
+    double closing = now.v_club - now.v_ball;
+    double near = EVENT_IS_NEAR * sqrt(p->m_club * (p->m_ball / (p->m_club + p->m_ball)) / inputs.k);
+    near = larger(near, EVENT_IS_NEAR_IN_TIME * fabs(is->time));
+    ahead.x_club += near * now.v_club;
+    ahead.x_ball += near * now.v_ball;
+    c->has_state = 0;
+    if (i->phase == APPROACH) {
+        is->states[2] = inputs.club_speed;
+        if (touch_indicator(&ahead) > ABOVE_ZERO || closing <= 0.0) return ACCEPTED;
+        /* A solver is exact beside any force. */
+        Inputs free = inputs;
+        free.club_force = 0.0;
+        why = refusal_of_touch(p, free);
+        if (why.reason) return why;
+        i->phase = CONTACT;
+        i->touch = (Touch){{is->time, 0.0}, now.x_ball, now.v_club};
+        i->begin = i->touch.instant;
+    } else if (i->phase == CONTACT) {
+        ahead.force = law_force(p, i->acting.k, i->acting.b, ahead.x_club - ahead.x_ball, closing);
+        if (!is_over(c, i, &ahead)) return ACCEPTED;
+        double lasted = is->time - i->touch.instant.high;
+        Motion motion = {now.x_club, now.x_ball, now.v_club, now.v_ball, now.compression, closing};
+        begin_flight(i, (Instant){is->time, 0.0}, lasted, motion, inputs.club_force);
+        i->flight.is_pushed = 1;
+    }
+    return ACCEPTED;
+}
+
+/* Handle the events of this instant. Returns whether the call was legal; whether the host must stop,
+   since values were refused. */
+static int update_solution(Component *c, int *must_stop)
+{
+    Refusal list[SETTABLE + 1 + MOST_ILLEGAL];
+    int count = c->is.mode == START_REFUSED ? start_run(c, list) : 0;
+    *must_stop = 0;
+    if (!count && c->is.mode != STEPPING) {
+        refuse_call(c, refusal(NO_EVENT, 0.0, 0.0));
+        return 0;
+    }
+    if (!count) count = take_refusals(c, list);
+    if (!count) {
+        list[0] = handle_event(c);
+        count = list[0].reason != FINE;
+    }
+    if (count) report(c, list, count, SENTENCES[MUST_STOP]);
+    *must_stop = count > 0;
+    return 1;
+}
+
+/* DIRECTIONAL DERIVATIVES: of inputs, states and time, the changes; of all else, the change that these
+   lead to at one instant. */
+
+typedef struct {
+    double k, b, club_speed, club_force, x_club, x_ball, v_club, v_ball, time;
+} Change;
+
+/* The place of an input, a state or time in a change; NULL for other variables. */
+static double *known_change(Change *d, uint32_t reference)
+{
+    switch (reference) {
+    case VR_k: return &d->k;
+    case VR_b: return &d->b;
+    case VR_club_speed: return &d->club_speed;
+    case VR_club_force: return &d->club_force;
+    case VR_club_position: return &d->x_club;
+    case VR_ball_position: return &d->x_ball;
+    case VR_club_velocity: return &d->v_club;
+    case VR_ball_velocity: return &d->v_ball;
+#if FMI_VERSION == 3
+    case VR_time: return &d->time;
+#endif
+    default: return NULL;
+    }
+}
+
+/* Of b as it acts: with a coefficient of restitution it is a multiple of the root of k. */
+static double damping_change(const Component *c, const Impact *i, const Change *d)
+{
+    return c->is.parameters.restitution_at_rest ? 0.5 * i->acting.b / i->acting.k * d->k : d->b;
+}
+
+/* d|x|^m / d|x|, also where x is 0. */
+static double power_slope(double x, double m)
+{
+    if (x) return m * pow(fabs(x), m - 1.0);
+    return m > 1.0 ? 0.0 : m < 1.0 ? INFINITY : 1.0;
+}
+
+static double force_change(const Component *c, const Impact *i, const Change *d)
+{
+    const Parameters *p = &c->is.parameters;
+    const State *s = &c->solver;
+    double n = p->exponent, k = i->acting.k, b = i->acting.b, d_r = p->reference_compression;
+    double x = s->compression, closing = s->v_club - s->v_ball;
+    double dx = d->x_club - d->x_ball, d_closing = d->v_club - d->v_ball;
+    double damping = damping_change(c, i, d) * closing + b * d_closing;
+    if (i->phase != CONTACT) return 0.0;
+    if (n == 1.0) return d->k * x + k * dx + (p->law == RELATIVE ? damping : 0.0);
+    double m = 0.5 * (n - 1.0), power = pow(fabs(x) / d_r, m);
+    double change = power * (d->k * power * x + damping) + n * k * power * power * dx;
+    if (b * closing * dx) change += power_slope(x / d_r, m) / d_r * (x < 0.0 ? -dx : dx) * b * closing;
+    return change;
+}
+
+static double acceleration_change(const Component *c, const Impact *i, const Change *d, int is_club)
+{
+    const Parameters *p = &c->is.parameters;
+    const State *s = &c->solver;
+    double force = force_change(c, i, d), push = i->phase == APPROACH ? 0.0 : d->club_force;
+    double v = is_club ? s->v_club : s->v_ball, dv = is_club ? d->v_club : d->v_ball;
+    double drag = i->phase == CONTACT && p->law != RELATIVE ? d->b * v + i->acting.b * dv : 0.0;
+    return is_club ? (push - force - drag) / p->m_club : (force - drag) / p->m_ball;
+}
+
+static double indicator_change(const Component *c, const Impact *i, const Change *d)
+{
+    const State *s = &c->solver;
+    double n = c->is.parameters.exponent, change = force_change(c, i, d);
+    if (i->phase != CONTACT || !change) return 0.0;
+    if (n != 1.0) change *= power_slope(s->force, 1.0 / n);
+    return (s->force < 0.0) != is_over(c, i, s) ? -change : change;
+}
+
+/* Of an output, a derivative or an indicator; NaN of outputs that are NaN. */
+static double unknown_change(Component *c, uint32_t reference, const Change *d)
+{
+    const Impact *i = present(c);
+    const Parameters *p = &c->is.parameters;
+    const State *s = &c->solver;
+    int is_contact = i->phase == CONTACT, is_free = i->phase == APPROACH;
+    double v_club = is_free ? d->club_speed : d->v_club, u = i->touch.club_speed;
+    double energy = p->m_club * s->v_club * v_club + p->m_ball * s->v_ball * d->v_ball;
+    double at_touch = twice_kinetic_energy(p, u, p->ball_speed);
+    if (needs_history(reference)) return NAN;
+    switch (reference) {
+    case VR_force: return s->force < 0.0 ? 0.0 : force_change(c, i, d);
+    case VR_club_position: return d->x_club;
+    case VR_ball_position: return d->x_ball;
+    case VR_club_velocity: return v_club;
+    case VR_ball_velocity: return d->v_ball;
+    case VR_compression:
+        return c->state.compression == s->compression ? d->x_club - d->x_ball : 0.0;
+    case VR_smash_factor: return is_contact && u ? d->v_ball / u : 0.0;
+    case VR_coefficient_of_restitution:
+        return is_contact ? (d->v_ball - d->v_club) / (u - p->ball_speed) : 0.0;
+    case VR_energy_efficiency: return is_contact && at_touch ? 2.0 * energy / at_touch : 0.0;
+    case VR_contact_time: return is_contact ? d->time : 0.0;
+    case VR_contact_displacement: return is_contact ? d->x_ball : 0.0;
+    case VR_impulse: return is_free ? 0.0 : c->is.is_dragged ? NAN : p->m_ball * d->v_ball;
+    case VR_momentum: return p->m_club * v_club + p->m_ball * d->v_ball;
+    case VR_kinetic_energy: return energy;
+    case VR_club_acceleration: return acceleration_change(c, i, d, 1);
+    case VR_ball_acceleration: return acceleration_change(c, i, d, 0);
+    case VR_touch_indicator:
+        if (!is_free) return 0.0;
+        return s->x_ball - s->x_club >= s->v_ball - s->v_club ? d->x_ball - d->x_club
+                                                              : d->v_ball - d->club_speed;
+    case VR_separation_indicator: return indicator_change(c, i, d);
+#if FMI_VERSION == 3
+    case VR_time: return d->time;
+#endif
+    default: return 0.0;
+    }
+}
+
+/* Whether a variable has directional derivatives. */
+static int is_unknown(uint32_t reference)
+{
+    int place = place_of(reference);
+    return place >= SETTABLE && TABLE[place].type == REAL;
+}
