@@ -1,45 +1,57 @@
-"""What a process with pythonfmu's library needs: a clean end, and interrupts that can wait.
+"""The end of pythonfmu's library: dropping its state in time, without keeping the library loaded.
 
-The library keeps its own state in a static pointer. On Linux its `finalizePythonInterpreter` drops
-that state a second time at the very end of the process, after the pointer's destructor, in memory
-that has been freed: the process may die of "corrupted double-linked list", after all results. State
-that is dropped earlier can't be dropped again.
+The library holds its state in a static pointer. On Linux its `finalizePythonInterpreter`, which
+drops that state, runs once more at the very end of the process, after the pointer's destructor, in
+memory that has been freed: the process may die of "corrupted double-linked list", after all
+results. State that was dropped earlier can't be dropped again.
 """
 
 import os
-from functools import cache
+import sys
 
 from .interrupts import defer_interrupts
 
+#: Attributes of `sys`, which all FMUs share: the path of the library that stays, and the library.
+_KEEPER, _KEPT = "_golf_impact_keeper", "_golf_impact_kept"
+
 
 def prepare_process(resources: str, library: str) -> None:
-    """Drop the state of this FMU's library when the process ends, and defer interrupts.
+    """Drop the state of this FMU's library in time, and defer interrupts.
+
+    Called while an instance is made, each time: that is when the library makes the state.
 
     Args:
         resources: the folder of that name in the extracted FMU.
         library: the path of the library in the folder binaries.
     """
-    if _release_at_exit(os.path.join(resources, "..", "binaries", library)):
+    if _drop_state(os.path.join(resources, "..", "binaries", library)):
         defer_interrupts()
 
 
-@cache
-def _release_at_exit(path: str) -> bool:
-    """Register the release with C's __cxa_atexit, once; returns whether the library is pythonfmu's.
+def _drop_state(path: str) -> bool:
+    """Drop the state at once, or when the process ends; returns whether there is such a library.
 
-    Python's atexit runs too late in a process with several FMUs that isn't Python. There the FMU
-    that started Python finalizes it from its destructor, when the pointers of the others may be
-    gone.
+    The state does nothing unless this library has started Python: then it ends Python as well, and
+    must stay until C's __cxa_atexit, which runs before any destructor. (Python's own atexit runs
+    from there, when the state of other FMUs may be gone.) The library stays loaded, too: unloading
+    it would end Python for all FMUs.
     """
     try:
+        import _ctypes
         import ctypes
 
-        # This handle is never closed: the library must be there when the process ends.
-        loaded = ctypes.CDLL(path, mode=os.RTLD_NOLOAD | os.RTLD_LAZY)
-        release = loaded.finalizePythonInterpreter
-        register = ctypes.CDLL(None).__cxa_atexit
+        loaded = ctypes.PyDLL(path, mode=os.RTLD_NOLOAD | os.RTLD_LAZY)
+        drop = loaded.finalizePythonInterpreter
     except (AttributeError, ImportError, OSError):
         # Another system, another version of pythonfmu, or no ctypes: it ends as it always did.
         return False
-    register(release, None, None)
+    # Only a process that isn't a Python program has no arguments of one. There the first of these
+    # FMUs has started Python, unless the host has: then that FMU is kept for nothing.
+    path = os.path.realpath(path)
+    if sys.orig_argv or sys.__dict__.setdefault(_KEEPER, path) != path:
+        drop()
+        _ctypes.dlclose(loaded._handle)
+    elif _KEPT not in sys.__dict__:
+        sys.__dict__[_KEPT] = loaded
+        ctypes.CDLL(None).__cxa_atexit(drop, None, None)
     return True

@@ -200,7 +200,8 @@ def host(with_python):
     program = tool("host")
 
     def host(task, *words):
-        alone = all(map(holds_c, (word for word in words if isinstance(word, Path))))
+        files = [word for word in words if isinstance(word, Path)]
+        alone = all("native" in file.name or "fmi3" in file.name for file in files)
         # Two threads that start Python at once by pythonfmu are a race: the first plain instances
         # are made one after the other.
         env = os.environ if alone else with_python | {"SERIAL_FIRST": "1"}
@@ -422,7 +423,9 @@ def test_companions_at_once_and_reloaded(request, files, host, times):
     for _ in range(times):
         for fmu in fmus[:2]:
             assert host("mix", *companions, fmu, *companions)[-1] == "closed"
-    host("reload", 3 * times, *fmus, *companions)
+    (left,) = (line for line in host("reload", 3 * times, *fmus, *companions) if "mappings" in line)
+    # Those of the library that started Python; the host extracts each FMU anew.
+    assert int(left.split()[-1]) <= 8
 
 
 # The plain FMU in a C host

@@ -8,6 +8,7 @@ is a segmentation fault every time. Native hosts: test_hosts.py.
 import json
 import os
 import signal
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -61,6 +62,33 @@ def test_without_the_workaround_it_does_not(ends, tmp_path):
     # If this fails, pythonfmu has fixed it, and `host.at_exit` isn't needed any more.
     plain = build_plain_fmu(Path(empty_fmu.__file__), tmp_path)
     ends(plain, code=-signal.SIGSEGV)
+
+
+# Unloading: every run of fmpy's extracts a library anew
+
+_RUNS = """
+import sys
+from fmpy import simulate_fmu
+from fmpy.ssp.simulation import simulate_ssp
+
+def mappings():
+    return sum(1 for _ in open("/proc/self/maps"))
+
+for file in sys.argv[1:]:
+    play = simulate_ssp if file.endswith("ssp") else simulate_fmu
+    play(file, stop_time=1e-3, step_size=1e-3)
+    before = mappings()
+    for _ in range(20):
+        play(file, stop_time=1e-3, step_size=1e-3)
+    # Of a library that stayed there would be six each.
+    assert mappings() - before < 20, (file, before, mappings())
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="there is no /proc")
+def test_no_library_stays_loaded(fmu_path, files):
+    """In a native host one stays, that which started Python: host `reload`, test_hosts.py."""
+    run_python(_RUNS, fmu_path, *files)
 
 
 # Long lives: cycles, and the bytes of memory that each leaves behind
