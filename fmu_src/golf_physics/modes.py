@@ -16,9 +16,12 @@ from .variables import Variable
 #: initialization has ended on values that can't be used, so parameters may still be set.
 INSTANTIATED, INITIALIZATION, START_REFUSED, STEPPING, TERMINATED = range(5)
 
-#: How far (relative to the step) a host's communication point may lie from where its last step
-#: ended: enough for sums of rounded steps, far too little for a step left out.
+#: How far (relative to the step, or to the time) a host's communication point may lie from where its
+#: last step ended: enough for sums of rounded steps and for times in single precision.
 POINT_TOLERANCE = 1e-6
+
+#: And how far at most, relative to the step: too little for a step left out.
+MOST_OF_STEP = 0.25
 
 #: Of communication points and steps, s.
 LARGEST_TIME = 1e100
@@ -94,7 +97,8 @@ class FmiComponent:
             return True
         self._mode = START_REFUSED
         problem = self._start()
-        if problem is not None:
+        # A refused value has been reported when it was set.
+        if problem is not None and problem.variable not in self._refused:
             self._report(problem)
         return problem is None and not self._refused
 
@@ -189,8 +193,10 @@ class FmiComponent:
 
     def _goes_on(self, point: float, size: float) -> bool:
         """Whether a step begins where the last one ended, within the host's rounding errors."""
-        allowed = POINT_TOLERANCE * size + 1e-15 * abs(self._point)
-        return abs(point - self._point) <= allowed
+        time = abs(self._point)
+        allowed = min(POINT_TOLERANCE * max(size, time), MOST_OF_STEP * size)
+        # Far from 0 doubles themselves may be further apart than steps.
+        return abs(point - self._point) <= max(allowed, 1e-15 * time)
 
     def _take_refusals(self) -> Refusal | None:
         """All that speaks against a step; the illegal calls are forgotten with that."""

@@ -3,9 +3,11 @@
    A communication step only advances the clock; outputs are evaluated when they are read. A refused
    call changes nothing: its effects are computed first, and take place only as a whole. */
 
-/* How far (relative to the step) a host's communication point may lie from where its last step ended:
-   enough for sums of rounded steps, far too little for a step left out. */
+/* How far (relative to the step, or to the time) a host's communication point may lie from where its
+   last step ended: enough for sums of rounded steps and for times in single precision. And how far at
+   most, relative to the step: too little for a step left out. */
 #define POINT_TOLERANCE 1e-6
+#define MOST_OF_STEP 0.25
 
 /* Times (s) that no instance reaches, and the longest step. */
 #define LATEST 1e109
@@ -241,16 +243,23 @@ static int component_enter_initialization(Component *c)
     return 1;
 }
 
-/* Fix the parameters; or return how many refusals, in the list, speak against it. */
-static int start_run(Component *c, Refusal list[])
+/* Refusals of parameters, in the list; how many. */
+static int refused_parameters(const Component *c, Refusal list[])
 {
-    Inputs inputs = inputs_of(c->is.values);
-    Parameters p = parameters_of(c->is.values);
     int count = 0;
     for (int n = 0; n < c->is.refused_count; n++) {
         int place = c->is.refused[n].place;
         if (place >= INPUTS && place < SETTABLE) list[count++] = c->is.refused[n];
     }
+    return count;
+}
+
+/* Fix the parameters; or return how many refusals, in the list, speak against it. */
+static int start_run(Component *c, Refusal list[])
+{
+    Inputs inputs = inputs_of(c->is.values);
+    Parameters p = parameters_of(c->is.values);
+    int count = refused_parameters(c, list);
     if (!count) {
         list[0] = conflict(&p, inputs);
         count = list[0].reason != FINE;
@@ -275,7 +284,8 @@ static int component_exit_initialization(Component *c)
     Host host = hold(c);
     int count = start_run(c, list);
     release(&host);
-    if (count) report(c, list, count, "%s");
+    /* A refused value has been reported when it was set. */
+    if (count && !refused_parameters(c, list)) report(c, list, count, "%s");
     return !count && !c->is.refused_count;
 }
 
@@ -345,15 +355,21 @@ static int may_step(Component *c)
     return !count;
 }
 
+/* Whether a step begins where the last one ended, within the host's rounding errors. */
+static int goes_on(const Snapshot *is, double point, double size)
+{
+    double time = fabs(is->point);
+    double allowed = smaller(POINT_TOLERANCE * larger(size, time), MOST_OF_STEP * size);
+    /* Far from 0 doubles themselves may be further apart than steps. */
+    return isfinite(point) && fabs(point - is->point) <= larger(allowed, 1e-15 * time);
+}
+
 /* The origin of the host's time if a step begins at this point; or why it may not. */
 static Refusal check_point(Component *c, double point, double size, double *origin)
 {
     Snapshot *is = &c->is;
     *origin = is->origin;
-    if (point == is->point) return ACCEPTED;
-    if (isfinite(point)
-        && fabs(point - is->point) <= POINT_TOLERANCE * size + 1e-15 * fabs(is->point))
-        return ACCEPTED;
+    if (point == is->point || goes_on(is, point, size)) return ACCEPTED;
     if (!c->point_is_free || !isfinite(point) || fabs(point) > LONGEST)
         return refusal(POINT_JUMPS, point, is->point);
     /* After a restored state the host's time may go on from anywhere; a touch to come moves. */
@@ -442,9 +458,7 @@ static int component_step(Component *c, double point, double size)
 {
     Host host;
     int is_accepted;
-    if (size == c->size
-        && (point == c->is.point
-            || (isfinite(point) && fabs(point - c->is.point) <= POINT_TOLERANCE * size))) {
+    if (size == c->size && (point == c->is.point || goes_on(&c->is, point, size))) {
         c->is.count += 1.0;
     } else {
         host = hold(c);

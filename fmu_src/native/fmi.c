@@ -1,13 +1,11 @@
 /* FMI's functions that both versions have, with the names and types of the one that is compiled. */
 
 #if FMI_VERSION == 3
-#define FMI(name) fmi3##name
 #define FMI_STATE(verb, more) fmi3##verb##FMUState##more
 #define fmi3DeSerializeFMUState fmi3DeserializeFMUState
 #define VALUE_COUNT , size_t value_count
 #define ARE_AS_MANY (count == value_count)
 #else
-#define FMI(name) fmi2##name
 #define FMI_STATE(verb, more) fmi2##verb##FMUstate##more
 #define VALUE_COUNT
 #define ARE_AS_MANY 1
@@ -27,11 +25,10 @@ const char *FMI(GetVersion)(void) { return FMI(Version); }
 
 void FMI(FreeInstance)(void *c) { free_instance(c); }
 
-/* There are messages on errors alone. */
 FMI(Status) FMI(SetDebugLogging)(void *c, FMI(Boolean) on, size_t count,
                                  const FMI(String) categories[])
 {
-    return status_of(c != NULL);
+    return status_of(c && set_logging(c, on, count, categories));
 }
 
 FMI(Status) FMI(ExitInitializationMode)(void *c)

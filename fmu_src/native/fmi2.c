@@ -29,7 +29,9 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real point, fmi2Real size, fmi2Boolea
     Instance *i = c;
     if (!is_of_kind(i, CO_SIMULATION)) return fmi2Error;
     if (is_past_stop(i, point, size)) return status_of(is_illegal(i, PAST_STOP));
+    i->is_stepping = 1;
     i->is_refused = !component_step(&i->component, point, size);
+    i->is_stepping = 0;
     i->reached = i->is_refused ? point : point + size;
     return i->is_refused ? fmi2Discard : fmi2OK;
 }

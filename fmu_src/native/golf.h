@@ -8,6 +8,15 @@
 #ifndef GOLF_H
 #define GOLF_H
 
+/* NaN and infinity are values here. Compilers that don't define these macros need an option for
+   IEEE 754 arithmetic, too, if they don't have it by default (Intel's icc: -fp-model precise). */
+#if defined __FAST_MATH__ || (defined __FINITE_MATH_ONLY__ && __FINITE_MATH_ONLY__)
+#error "compile without -ffast-math, -Ofast and -ffinite-math-only: results would be wrong"
+#endif
+#if defined _M_FP_FAST
+#error "compile with /fp:precise, not /fp:fast: results would be wrong"
+#endif
+
 #include <fenv.h>
 #include <math.h>
 #include <stddef.h>

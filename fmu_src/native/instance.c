@@ -8,8 +8,10 @@
 #define STOP_TOLERANCE 1e-6
 
 #if FMI_VERSION == 3
+#define FMI(name) fmi3##name
 typedef fmi3LogMessageCallback Logger;
 #else
+#define FMI(name) fmi2##name
 typedef fmi2CallbackLogger Logger;
 #endif
 
@@ -21,6 +23,8 @@ typedef struct {
     double stop_time; /* s; infinite if it isn't defined */
     double reached;   /* where the last accepted step ended, s */
     int is_refused;   /* whether the last step was */
+    int is_stepping;  /* a message is then about a discarded step */
+    int is_quiet;     /* the host wants no messages on discarded steps */
     int has_event_mode, may_return_early;
 } Instance;
 
@@ -32,12 +36,14 @@ typedef struct saved {
 
 /* MESSAGES */
 
-static void send(Logger logger, void *environment, const char *name, const char *sentence)
+static void send(Logger logger, void *environment, const char *name, FMI(Status) status,
+                 const char *sentence)
 {
+    const char *category = status == FMI(Discard) ? "logStatusDiscard" : "logStatusError";
     if (!logger) return;
 #if FMI_VERSION == 3
     (void)name;
-    logger(environment, fmi3Error, "logStatusError", sentence);
+    logger(environment, status, category, sentence);
 #else
     /* A host takes it for a format. */
     char format[2 * SENTENCE_SIZE];
@@ -47,21 +53,44 @@ static void send(Logger logger, void *environment, const char *name, const char 
         if (*sentence == '%') put_character(&t, '%');
         put_character(&t, *sentence);
     }
-    logger(environment, name, fmi2Error, "logStatusError", format);
+    logger(environment, name, status, category, format);
 #endif
 }
 
+/* Errors are sent whatever the host has switched off, as FMI demands. */
 static void send_report(void *context, const char *sentence)
 {
     const Instance *i = context;
-    send(i->logger, i->environment, i->name, sentence);
+    FMI(Status) status = i->is_stepping ? FMI(Discard) : FMI(Error);
+    if (!i->is_stepping || !i->is_quiet) send(i->logger, i->environment, i->name, status, sentence);
 }
 
 /* Send a message on an illegal call; always 0. */
 static int is_illegal(const Instance *i, const char *sentence)
 {
-    send(i->logger, i->environment, i->name, sentence);
+    send(i->logger, i->environment, i->name, FMI(Error), sentence);
     return 0;
+}
+
+/* Switch messages on discarded steps: off where categories are named, but not theirs. Returns whether
+   these are categories of this FMU. */
+static int set_logging(Instance *i, int on, size_t count, const char *const categories[])
+{
+    static const char *const KNOWN[] = {"logAll", "logStatusDiscard", "logStatusWarning",
+                                        "logStatusError", "logStatusFatal"};
+    enum { ALL_AND_DISCARD = 2, KNOWN_COUNT = sizeof KNOWN / sizeof *KNOWN };
+    int is_quiet = on && count;
+    if (count && !categories) return 0;
+    for (size_t n = 0; n < count; n++) {
+        int known = 0;
+        if (!categories[n]) return 0;
+        while (known < KNOWN_COUNT && strcmp(categories[n], KNOWN[known])) known++;
+        if (known == KNOWN_COUNT)
+            return is_illegal(i, "a log category that this FMU doesn't have is refused");
+        if (known < ALL_AND_DISCARD) is_quiet = 0;
+    }
+    i->is_quiet = is_quiet;
+    return 1;
 }
 
 /* LIFE */
@@ -90,7 +119,7 @@ static Instance *new_instance(Kind kind, const char *name, const char *token, Lo
     Instance *i = *text ? NULL : calloc(1, sizeof *i);
     char *copy = i ? malloc(strlen(name) + 1) : NULL;
     if (!copy) {
-        send(logger, environment, name, *text ? text : "out of memory");
+        send(logger, environment, name, FMI(Error), *text ? text : "out of memory");
         free(i);
         return NULL;
     }

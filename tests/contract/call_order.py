@@ -414,7 +414,9 @@ class Session:
             return True, False
         error = point - model.point
         # How far a communication point may lie from where the last step ended.
-        if not error or abs(error) <= 1e-6 * size + 1e-15 * abs(model.point):
+        time = abs(model.point)
+        allowed = min(1e-6 * max(size, time), size / 4)
+        if not error or abs(error) <= max(allowed, 1e-15 * time):
             return False, False
         if model.anchored or not abs(point) <= 1e100:
             return True, False
