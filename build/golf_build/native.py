@@ -28,7 +28,7 @@ from golf_physics import variables as tables
 from golf_build.archive import SUMS, checksums, scratch
 from golf_build.extras import install_command
 from golf_build.fmi2 import TABLES
-from golf_build.native_header import header
+from golf_build.native_header import NATIVE_LAWS, header, native_row
 from golf_build.packaging import HERE, Builder, fmu_source
 
 #: The ziglang of pyproject.toml's extra: other versions make other bytes.
@@ -184,8 +184,9 @@ class NativeBuilder(Builder):
         return found | {"variables.h": header(fmi, token, self.start).encode()}
 
 
-_ROWS = tables.VARIABLES + tables.MORE_VARIABLES
+_ROWS = [native_row(row) for row in tables.VARIABLES + tables.MORE_VARIABLES]
 _MODEL_EXCHANGE = {
+    "laws": NATIVE_LAWS,
     "units": tables.UNITS | tables.MORE_UNITS,
     "unsolved": tables.CO_SIMULATION_ONLY,
     "derivatives": dict(zip(tables.DERIVATIVES, tables.STATES, strict=True)),

@@ -16,6 +16,7 @@ from golf_physics.variables import (
     BY_NAME,
     INDICATORS,
     INPUTS,
+    LAWS,
     MORE_VARIABLES,
     MOTION,
     SETTABLE,
@@ -23,6 +24,9 @@ from golf_physics.variables import (
     VARIABLES,
     Variable,
 )
+
+#: The contact laws that C has (law.c): native FMUs and the page offer these alone.
+NATIVE_LAWS = {number: LAWS[number] for number in (1, 2)}
 
 _TYPES = {"Real": "REAL", "Enumeration": "ENUMERATION", "Boolean": "BOOLEAN"}
 
@@ -99,7 +103,13 @@ def _lines(fmi: int, token: str, start: Mapping[str, float]) -> Iterator[str]:
     yield ""
 
 
+def native_row(row: Variable) -> Variable:
+    """A variable as C has it: with the range of its laws."""
+    return row._replace(high=max(NATIVE_LAWS)) if row.name == "law" else row
+
+
 def _variable(row: Variable) -> str:
+    row = native_row(row)
     causality = {"input": "INPUT", "parameter": "PARAMETER"}.get(row.causality, "RESULT")
     refused = _quoted(modes.out_of_range(row, _HOLE) if row.start is not None else "")
     numbers = ", ".join(repr(float(x or 0.0)) for x in (row.start, row.low, row.high))

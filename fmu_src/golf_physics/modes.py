@@ -16,8 +16,8 @@ from .variables import Variable
 #: initialization has ended on values that can't be used, so parameters may still be set.
 INSTANTIATED, INITIALIZATION, START_REFUSED, STEPPING, TERMINATED = range(5)
 
-#: How far (relative to the step, or to the time) a host's communication point may lie from where its
-#: last step ended: enough for sums of rounded steps and for times in single precision.
+#: How far (relative to the step, or to the time) a host's communication point may lie from where
+#: its last step ended: enough for sums of rounded steps and for times in single precision.
 POINT_TOLERANCE = 1e-6
 
 #: And how far at most, relative to the step: too little for a step left out.

@@ -8,18 +8,23 @@ import os
 import re
 import sys
 import zipfile
+from contextlib import suppress
 from functools import cache
 from itertools import pairwise
+from pathlib import Path
 
 import pytest
 from cases import integrated
 from command import ROOT, checkout
 from command import run as run_process
 from compare import assert_close
+from fmpy.fmi1 import FMICallException
 from golf_physics import variables
 from golf_physics.laws import LAWS
 from golf_physics.laws.law import LinearLaw
 from golf_physics.values import Parameters
+
+from golf_build.native_header import NATIVE_LAWS
 
 VALUES = {"m_ball": 0.0625, "b": 30.0}
 END = 2e-3
@@ -76,7 +81,20 @@ def test_documents_name_it(fmu_path, native_fmi3_path, law):
         assert name in archive.read("documentation/index.html").decode()
     with zipfile.ZipFile(native_fmi3_path) as archive:
         xml = archive.read("modelDescription.xml").decode()
-    assert f'<Item name="{name}" value="{law}" description="{description}"' in xml
+    item = f'<Item name="{name}" value="{law}" description="{description}"'
+    assert (item in xml) == (law in NATIVE_LAWS)
+
+
+@pytest.mark.parametrize("law", [3])
+@pytest.mark.parametrize("name", ["native, FMI 2.0", "native, FMI 3.0"])
+def test_native_fmus_refuse_laws_that_c_lacks(way_of, name, law):
+    """Also with a law that was added in Python alone."""
+    way = way_of(name)
+    with suppress(FMICallException):
+        way.begin({"law": law})
+    assert way.messages == [f"law = {law} is refused: it must be 1 (absolute) or 2 (relative)"]
+    xml = Path(way.slave.unzipDirectory, "modelDescription.xml").read_text()
+    assert f'max="{law}"' not in xml
 
 
 #: A law whose phases and equations differ.
@@ -130,8 +148,9 @@ added = pytest.mark.skipif("GOLF_IMPACT_LAWS" in os.environ, reason="the run wit
 @pytest.mark.parametrize(("code", "fails"), [(recipe(), False), (_SPLIT, True)])
 def test_a_law_is_one_file_and_two_rows(tmp_path, code, fails):
     """The tests above with a third law; one whose phases and equations differ fails them."""
-    words = sys.executable, "-m", "pytest", "-n", "0", "-p", "no:cacheprovider", __file__
-    done = run_process(*words, env=checkout_with(code, tmp_path), cwd=ROOT, code=None, timeout=600)
+    words = sys.executable, "-m", "pytest", "-n", "0", "-o", f"cache_dir={tmp_path / 'cache'}"
+    options = {"env": checkout_with(code, tmp_path), "cwd": ROOT, "timeout": 600}
+    done = run_process(*words, __file__, code=int(fails), **options)
     failed = set(re.findall(r"FAILED \S+::(\w+)\[(?:.*-)?(\d)\]", done.stdout))
     assert {law for _, law in failed} == ({"3"} if fails else set()), done.stdout[-3000:]
     if fails:

@@ -11,7 +11,7 @@ from urllib.parse import urlencode
 import jinja2
 
 import golf_impact
-from golf_build import BY_NAME, LAWS, VERSION
+from golf_build import BY_NAME, NATIVE_LAWS, VERSION
 from golf_impact import document
 from golf_impact.ball import BALLS, Ball
 from golf_impact.errors import UserError
@@ -110,7 +110,7 @@ def _facts(values: Mapping[str, float], own: Ball | None) -> dict[str, Any]:
         "remarkable": {
             name: [low, min(high, 1e300), *units] for name, (low, high, units) in REMARKABLE.items()
         },
-        "laws": [(number, name) for number, (name, _) in LAWS.items()],
+        "laws": [(number, name) for number, (name, _) in NATIVE_LAWS.items()],
         "quantities": [_quantity(**row) for row in _DATA["quantities"]],
         "readouts": [
             {"metric": metric, "label": label, "meaning": meaning, **_UNITS[metric]._asdict()}
