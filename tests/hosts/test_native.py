@@ -139,6 +139,14 @@ def test_its_sources_compile(unpacked, tmp_path):
         assert {line.split()[-1][:8] for line in lines} in ({"golf_fmi"},)
 
 
+@pytest.mark.parametrize("option", ["-Ofast", "-ffast-math", "-ffinite-math-only"])
+def test_options_that_make_it_wrong_dont_compile(native_path, tmp_path, option):
+    """Under these NaN and infinity are no values: bad values would be accepted."""
+    sources = Path(fmpy.extract(str(native_path), str(tmp_path))) / "sources"
+    done = run(gcc(), option, "-w", "-fsyntax-only", sources / "all.c", code=1)
+    assert "results would be wrong" in done.stderr
+
+
 def gcc():
     """Its path; skips without it."""
     compiler = shutil.which("gcc")
