@@ -11,7 +11,7 @@ import fmpy
 import pytest
 from command import run_python
 
-from golf_impact.doctor import find_libpython_for
+from golf_impact.doctor import find_libpython
 
 #: FMI's C headers.
 HEADERS = Path(fmpy.__file__).parent / "c-code"
@@ -50,9 +50,9 @@ def freed(compiled):
 
 
 @pytest.fixture(scope="session")
-def libpython(fmu_path):
+def libpython():
     """A libpython that a native host can load the FMU with."""
-    file = find_libpython_for(fmu_path)
+    file = find_libpython()
     if file is None:
         pytest.skip("there is no shared libpython on this machine")
     return file

@@ -129,8 +129,10 @@ class Builder:
         if template == "companion":
             return files
         files |= {f"documentation/{f.name}": f.read_bytes() for f in folder.glob("*.png")}
-        reference = (_CONTENTS / "reference").iterdir()
-        files |= {f"extra/{_REFERENCE}/{f.name}": f.read_bytes() for f in reference}
+        if not self.start:
+            # They are results of the table's start values.
+            reference = (_CONTENTS / "reference").iterdir()
+            files |= {f"extra/{_REFERENCE}/{f.name}": f.read_bytes() for f in reference}
         icon = (HERE / "model.png").read_bytes()
         if self.fmi == 2:
             return files | {"model.png": icon}

@@ -8,9 +8,11 @@ import re
 import shlex
 import subprocess
 import sys
+import sysconfig
 import tempfile
 import zipfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import fmpy
@@ -56,41 +58,46 @@ print(json.dumps([{name: float(end[name]) for name in names}, deviations]))
 #: Of the relative deviation. Measured: 5.3e-16; another C library may have other last digits.
 _TOLERANCE = 1e-12
 
-#: Of this Python, whose library a native host needs for a pythonfmu FMU.
-_VERSION = f"{sys.version_info.major}.{sys.version_info.minor}"
-
-_NO_LIBPYTHON = (
-    f"none for Python {_VERSION} that loads this FMU; hosts written in Python don't need it, "
-    f"others do (Debian, Ubuntu: apt-get install libpython{_VERSION}; pyenv: "
-    "PYTHON_CONFIGURE_OPTS=--enable-shared pyenv install; conda has it)"
-)
+Finding = tuple[str, str]
 
 
-def find_flaw(path: Path) -> str | None:
-    """Why an .fmu file can't be run here, as far as that is seen in it, and what to do; or None.
+def read_fmu(path: Path) -> tuple[dict[str, bytes], bool]:
+    """The files of an FMU that can be run here, and whether its binaries were compiled anew.
 
-    A file that has a list of its members, with the digests that they were built with, must have
-    these members and no others.
+    A file that has a list of its members with their digests must have these members and no others,
+    except binaries that an importer has compiled from the sources in it.
+
+    Raises:
+        UserError: it is missing, damaged, no FMU, or has no binary for this machine.
     """
     # Not Path.is_file, which raises without permission to read.
     if not os.path.isfile(path):
-        return f"there is no FMU file at {path}: run `golf-impact build`"
+        raise UserError(f"there is no FMU file at {path}: run `golf-impact build`")
     try:
         files = unpack(path)  # which checks sizes and CRCs
-        if SUMS in files and files.pop(SUMS) != checksums(files):
+        files = {name: data for name, data in files.items() if not name.endswith("/")}
+        listed = files.get(SUMS)
+        there = checksums({name: files[name] for name in files if name != SUMS})
+        changed = set(there.splitlines()) ^ set((there if listed is None else listed).splitlines())
+        compiled = bool(changed) and "sources/all.c" in files
+        if changed and not (compiled and all(b"  binaries/" in line for line in changed)):
             raise ValueError("it has been changed since it was built")
-        if "SystemStructure.ssd" in files:
-            return f"{path} is an SSP, not an FMU: its FMUs are in its folder resources/"
-        if "modelDescription.xml" not in files:
-            raise ValueError("modelDescription.xml is missing")
-        fmpy.read_model_description(str(path))
+        if "SystemStructure.ssd" not in files:
+            if "modelDescription.xml" not in files:
+                raise ValueError("modelDescription.xml is missing")
+            fmpy.read_model_description(str(path))
     except Exception as error:  # zipfile, XML and fmpy raise many types for damaged files
-        return f"{path} is not a readable FMU ({first_line(error)}): run `golf-impact build`"
-    machine, there = this_machine(), binaries_of(files)
-    if machine in there:
-        return None
-    others = " and ".join(sorted(there)) or "none"
-    return f"{path} has no binary for this machine, {machine}, but for {others}: use it there"
+        text = f"{path} is not a readable FMU ({first_line(error)}): run `golf-impact build`"
+        raise UserError(text) from error
+    if "SystemStructure.ssd" in files:
+        raise UserError(f"{path} is an SSP, not an FMU: its FMUs are in its folder resources/")
+    machine, machines = this_machine(), binaries_of(files)
+    if machine not in machines:
+        others = " and ".join(sorted(machines)) or "none"
+        raise UserError(
+            f"{path} has no binary for this machine, {machine}, but for {others}: use it there"
+        )
+    return files, compiled
 
 
 def check_fmu(path: Path) -> Path:
@@ -99,8 +106,7 @@ def check_fmu(path: Path) -> Path:
     Raises:
         UserError: it is missing, damaged, another FMU, or can't be run here.
     """
-    if why := find_flaw(path):
-        raise UserError(why)
+    read_fmu(path)
     about = fmpy.read_model_description(str(path))
     known = {variable.name for variable in about.modelVariables}
     if missing := [name for name in (*METRICS, *PATH, *FLAGS) if name not in known]:
@@ -159,11 +165,11 @@ def check_temporary_folder() -> None:
         )
 
 
-def examine(fmu: Path | None, current_fmu: Callable[[], Path]) -> Iterator[tuple[str, str]]:
-    """Level (ok, warning, problem) and text of each finding about this Python and an FMU.
+def examine(path: Path | None, current_fmu: Callable[[], Path]) -> Iterator[Finding]:
+    """Level (ok, warning, problem) and text of each finding about this Python and a file.
 
     Args:
-        fmu: an .fmu file, if it isn't that of the current sources.
+        path: an .fmu or .ssp file, if it isn't the FMU of the current sources.
         current_fmu: builds that.
     """
     names = ("golf-impact", "fmpy", "pythonfmu")
@@ -172,50 +178,52 @@ def examine(fmu: Path | None, current_fmu: Callable[[], Path]) -> Iterator[tuple
     yield "ok", f"Python {platform.python_version()} ({sys.executable}), {versions}, {machine}"
     try:
         check_temporary_folder()
+        yield from _examine_file(path or current_fmu())
     except UserError as error:
-        yield "problem", f"temporary folder: {error}"
-        return
-    fmu = fmu or current_fmu()
-    try:
-        if why := find_flaw(fmu):
-            raise UserError(why)
-        outputs, deviations = run_here(fmu)
-    except UserError as error:
-        yield "problem", f"FMU: {error}"
-        return
+        yield "problem", str(error)
+
+
+def _examine_file(path: Path, shown: str = "") -> Iterator[Finding]:
+    with suppress(OSError, zipfile.BadZipFile), zipfile.ZipFile(path) as archive:
+        inside = [name for name in archive.namelist() if name.endswith(".fmu")]
+        if "SystemStructure.ssd" in archive.namelist() and archive.testzip() is None:
+            yield "ok", f"SSP: {path} has {len(inside)} FMUs"
+            with tempfile.TemporaryDirectory(prefix="golf-impact-") as folder:
+                for name in inside:
+                    yield from _examine_file(Path(archive.extract(name, folder)), name)
+            return
+    files, compiled = read_fmu(path)
+    outputs, deviations = run_here(path)
     results = ", ".join(f"{name} = {value:.6g}" for name, value in outputs.items())
-    yield "ok", f"FMU: {fmu} loads and runs here ({results})"
+    yield "ok", f"FMU: {shown or path} loads and runs here ({results})"
+    if compiled:
+        yield "ok", "FMU: its binaries were compiled anew from its own sources"
     if deviations:
         worst = max(deviations.values())
         text = f"{len(deviations)} reference results in it, relative deviation {worst:.1e} at most"
         yield "ok" if worst <= _TOLERANCE else "problem", f"FMU: {text}"
-    files = unpack(fmu)
     yield "ok", f"FMU: it has binaries for {', '.join(sorted(binaries_of(files)))}"
+    yield _native_hosts(files)
+
+
+def _native_hosts(files: Iterable[str]) -> Finding:
+    """What hosts that aren't Python need for an FMU with these files."""
     if not any(re.match(r"resources/.*\.py$", name) for name in files):
-        yield "ok", "native hosts: this FMU needs nothing of Python"
-    elif sys.platform == "win32":
-        yield "ok", f"native hosts: set PATH={sys.base_prefix};%PATH%  (python3.dll is there)"
-    elif file := find_libpython_for(fmu):
+        return "ok", "native hosts: this FMU needs nothing of Python"
+    if sys.platform == "win32":
+        return "ok", f"native hosts: set PATH={sys.base_prefix};%PATH%  (python3.dll is there)"
+    if library := find_libpython():
         home = shlex.quote(sys.base_prefix)
-        preload = f"LD_PRELOAD={shlex.quote(str(file))} PYTHONHOME={home}"
-        yield "ok", f"native hosts: {preload} your-host"
-    else:
-        yield "warning", f"libpython: {_NO_LIBPYTHON}"
+        return "ok", f"native hosts: LD_PRELOAD={shlex.quote(library)} PYTHONHOME={home} your-host"
+    version = f"{sys.version_info.major}.{sys.version_info.minor}"
+    return "warning", (
+        f"native hosts need libpython{version}, which isn't beside this Python; hosts written in "
+        f"Python don't (Debian, Ubuntu: apt-get install libpython{version}; conda has it)"
+    )
 
 
-def find_libpython_for(fmu: Path) -> Path | None:
-    """The library of this Python's version with which a native host loads an FMU, or None."""
-    import find_libpython
-
-    # The folder's names in FMI 2.0 and 3.0.
-    inside = re.compile(r"binaries/(linux64|x86_64-linux)/.*\.so")
-    with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(fmu) as archive:
-        for name in filter(inside.fullmatch, archive.namelist()):
-            binary = archive.extract(name, folder)
-            for file in find_libpython.candidate_paths():
-                preload = {"LD_PRELOAD": f"{file}:{binary}", "LD_BIND_NOW": "1"}
-                done = subprocess.run(["true"], env=preload, capture_output=True)
-                # The linker goes on without a library that it can't load.
-                if done.returncode == 0 and not done.stderr:
-                    return Path(file).resolve()
-    return None
+def find_libpython() -> str | None:
+    """The shared library of this Python, which a native host needs for a pythonfmu FMU, or None."""
+    folder, name, triplet = map(sysconfig.get_config_var, ("LIBDIR", "INSTSONAME", "MULTIARCH"))
+    places = (os.path.join(folder or "", more, name or "") for more in ("", triplet or ""))
+    return next((place for place in places if ".so" in place and os.path.isfile(place)), None)

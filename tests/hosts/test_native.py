@@ -19,7 +19,7 @@ from programs import HEADERS, HOST_TASKS
 
 import golf_impact.fmu
 from golf_build import native
-from golf_build.archive import unpack
+from golf_build.archive import unpack, write_archive
 from golf_impact.fmu import Fmu
 from golf_impact.peers import fmus as peers
 
@@ -159,8 +159,23 @@ def gcc():
 def test_fmpy_compiles_it(native_path, tmp_path):
     copy = shutil.copy(native_path, tmp_path / "ClubBallImpact.fmu")
     run(sys.executable, "-m", "fmpy", "compile", copy)
+    assert "compiled anew from its own sources" in golf_here("doctor", copy, code=0).stdout
+    golf_here("run", "--fmu", copy, "--set", "k=8e5", "--no-figures", "--out", tmp_path, code=0)
     row = fmpy.simulate_fmu(copy, stop_time=1e-3, output=["smash_factor"])[-1]
     assert row["smash_factor"] == pytest.approx(EXPECTED[1]["smash_factor"], rel=1e-13)
+
+
+def test_changed_files_are_no_compiled_ones(native_path, tmp_path):
+    files = unpack(native_path)
+    files["sources/law.c"] += b" "
+    copy = write_archive(tmp_path / "ClubBallImpact.fmu", files)
+    refused(golf_here("run", "--fmu", copy, "--set", "k=8e5"), "it has been changed")
+
+
+def test_doctor_looks_into_an_ssp(files):
+    shown = golf_here("doctor", files[-1], code=0).stdout
+    for name in ("ClubBallImpact", "Swing", "Launch", "BallFlight"):
+        assert f"resources/{name}.fmu loads and runs here" in " ".join(shown.split())
 
 
 def test_without_a_compiler(monkeypatch, tmp_path):

@@ -13,7 +13,8 @@ _COLOURS = {"ok": "green", "warning": "yellow", "problem": "red"}
 def doctor(fmus: Annotated[list[Path] | None, Argument(metavar="FMU", hidden=True)] = None) -> int:
     """Check whether FMUs load here, and how native hosts load them.
 
-    FMU is an .fmu file, repeatable; by default the built one. Exit code 1: there is a problem.
+    FMU is an .fmu file, or an .ssp file with several, repeatable; by default the built one. Exit
+    code 1: there is a problem.
     """
     from golf_impact.doctor import examine
     from golf_impact.fmu import current_fmu
