@@ -51,6 +51,12 @@ class SolvedImpact(_Solution, Impact):
     def club_force(self) -> float:
         return self.inputs.club_force
 
+    def displacement(self, instant: Instant) -> float:
+        if self.touch is None:
+            return 0.0
+        x_ball = self.states[1] if self.at_separation is None else self.at_separation.x_ball
+        return x_ball - self.touch.x_ball
+
     def state(self, instant: Instant) -> State:
         force, *moving, compression = self.solver_state()
         start = self.at_separation

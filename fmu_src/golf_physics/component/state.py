@@ -12,7 +12,7 @@ from ..variables import SETTABLE
 from .solved import SolvedImpact
 
 #: It changes with the layout of a state.
-_VERSION = "golf-impact state 11"
+_VERSION = "golf-impact state 12"
 
 #: No instance gets so far, s: 10⁹ steps of 1e100 s.
 _LATEST = 1e109

@@ -8,7 +8,7 @@ from types import MappingProxyType
 from ..values import Inputs, Motion, Parameters, Refusal, rejected
 from .contact import ContactPhase
 from .integrated import IntegratedContact
-from .linear import UnderdampedContact
+from .linear import linear_contact
 
 #: A larger force on the club head (relative to the contact force without it) may leave so little of
 #: the approach speed that the contact can't be computed.
@@ -94,5 +94,4 @@ class LinearLaw(Law):
         damper, drag = self.damper(b), self.drag(b)
         if damper and drag:
             return super().contact(p, inputs, start)
-        contact = UnderdampedContact(k, damper, drag, p.m_club, p.m_ball, start, club_force)
-        return contact if contact.duration else contact.general()
+        return linear_contact(k, damper, drag, p.m_club, p.m_ball, start, club_force)

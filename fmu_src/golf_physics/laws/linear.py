@@ -62,6 +62,19 @@ TOO_MANY_EXTREMA = (
 )
 
 
+def linear_contact(
+    k: float, damper: float, drag: float, m_club: float, m_ball: float, start: Motion,
+    club_force: float = 0.0,
+) -> ContactPhase:  # fmt: skip
+    """The phase of a contact with either a damper or a drag. Arguments are in SI units.
+
+    Raises ArithmeticError after `_MOST` extrema of a force that a push on the club head keeps from
+    falling to 0.
+    """
+    contact = UnderdampedContact(k, damper, drag, m_club, m_ball, start, club_force)
+    return contact if contact.duration else contact.general()
+
+
 class UnderdampedContact(ContactPhase):
     """A contact with separate modes that ends within the first half period of its pair.
 
