@@ -53,7 +53,8 @@ class Component(FmiComponent):
 
     __slots__ = (
         "_begun", "_check_every_step", "_count", "_counted", "_dense_output", "_impact", "_inputs",
-        "_instant", "_now", "_pick", "_present", "_requested", "last_step", "origin", "start_time", "values",
+        "_instant", "_now", "_pick", "_present", "_requested", "last_step", "origin", "start_time",
+        "values",
     )  # fmt: skip
 
     _rows = MappingProxyType({(row.type, row.reference): row for row in VARIABLES})

@@ -1,4 +1,4 @@
-"""Linear contacts in double precision: F = k d + damper · d', or F = k d with a drag on each body.
+"""Linear contacts in double precision: F = k d + damper · d', or F = k d and a drag on each body.
 
 Times are in units of 1/ω, ω² = k/μ. With D = ω d, the closing speed w, the velocity V of the centre
 of mass, and the mass fractions p of the ball and q of the club, a contact moves by
@@ -6,19 +6,20 @@ of mass, and the mass fractions p of the ball and q of the club, a contact moves
     D' = w,  w' = -D - α w + β V + push,  V' = δ w - γ V + q push.
 
 Under drags 2ζp on the club and 2ζq on the ball α = 2ζ(1 - 2pq), β = 2ζ(q - p), γ = 4ζpq, δ = pqβ;
-under a damper α = 2ζ, and the others are 0. The motion has one real rate r, which lies between the
-two drags or is 0, and a pair of rates with the sum 2h and the product c = γ/r. No digits are lost in
-the offsets x of r from the slower drag and y from the faster one, and c - 1 = -x y exactly.
+under a damper α = 2ζ, and the others are 0. There are a real rate r, which lies between the two
+drags or is 0, and a pair of rates with the sum 2h and the product c = γ/r. The offsets x of r from
+the slower drag and y from the faster one have all their digits, and c - 1 = -x y exactly.
 
-In nearly every impact in golf the pair oscillates and ends the contact within its first half period:
-an `UnderdampedContact`, in which a quantity is the sum of a real mode and a pair. Otherwise these
-nearly cancel, or rates nearly meet: a `LinearContact` takes Newton's form of the exponential.
+In nearly every impact in golf the pair oscillates and ends the contact within its first half
+period: an `UnderdampedContact`, where a quantity is the sum of a real mode and a pair. Elsewhere
+these nearly cancel, or rates meet: a `LinearContact` has Newton's form of the exponential.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from itertools import chain, islice
 from math import atan2, cos, exp, expm1, floor, frexp, inf, log, log1p, pi, sin, sqrt
+from typing import NamedTuple
 
 from ..numerics.gauss import integral
 from ..values import Motion, State
@@ -42,8 +43,8 @@ _MOST_REAL = 0.5
 #: real mode is no larger than the pair, so that rounding moves a steeper one by at most 1.4e-14.
 _GRAZING = 1.0 / 16.0
 
-#: Over a shorter time (in units of the fastest rate) an integral is Gauss's, since its closed form is
-#: the small difference of large numbers.
+#: Over a shorter time (times the fastest rate) an integral is Gauss's, since its closed form is the
+#: small difference of large numbers.
 _SHORT = 0.5
 
 #: A slope (relative to ω times the value) that is smaller may have changed its sign by rounding.
@@ -116,13 +117,10 @@ class UnderdampedContact(ContactPhase):
             s_d, s_w = (w + h * d) / second, -(h * w + d) / second
             scale = mu * omega
             f_c, f_s = scale * (d + 2.0 * h * w), scale * (s_d + 2.0 * h * s_w)
-            if not f_a:
-                angle = atan2(f_c, -f_s)
-            else:
-                angle = first_downward_zero(h / second, f_a, f_c, f_s)
-                # Up to half of the pair's amplitude a zero is steep, and the first one.
-                if abs(f_a) * exp(h / second * angle) > 0.5 * sqrt(f_c * f_c + f_s * f_s):
-                    return
+            angle = first_downward_zero(h / second, f_a, f_c, f_s) if f_a else atan2(f_c, -f_s)
+            # Up to half of the pair's amplitude a zero is steep, and the first one.
+            if f_a and abs(f_a) * exp(h / second * angle) > 0.5 * sqrt(f_c * f_c + f_s * f_s):
+                return
             frequency = second * omega
             mean = q * v_club + p * v_ball
             self._rates = 0.0, h * omega, frequency
@@ -140,8 +138,8 @@ class UnderdampedContact(ContactPhase):
             second = sqrt(1.0 - x * y - h * h)
             if p > q:
                 x = -y
-            # (d, v_club, v_ball) is a (x, p, u), the real mode with the left eigenvector (-q x, q, u),
-            # and the rest, the pair. x is now how far r lies above the drag of the club.
+            # (d, v_club, v_ball) is a (x, p, u), the real mode, with the left eigenvector
+            # (-q x, q, u), and the pair. x is now how far r lies above the drag of the club.
             u = p + r * x
             a = (q * (v_club - x * d) + u * v_ball) / (q * (p - x * x) + u * u)
             a_d, a_club, a_ball = a * x, a * p, a * u
@@ -275,48 +273,43 @@ class UnderdampedContact(ContactPhase):
         return [angle / frequency] if angle else self.general().find_maxima(name)
 
 
-class Modes:
+class Modes(NamedTuple):
     """The functions that a row of a `LinearContact` has coefficients of; times in units of 1/ω.
 
     A pair of rates h ± iR has C = e^(-ht) cos Rt and S = e^(-ht) sin(Rt)/R, two real rates a >= b
-    have C = e^(-at) and S = (e^(-bt) - e^(-at))/(a - b). Convolved with e^(-rt) S is G, of which H is
-    the integral. A row (e, s, g, j) is e C + s S + g G + j H, of rates with the fastest first: if the
-    pair oscillates more slowly than e^(-rt) decays, that and its convolution with C take the place
-    of C and S. None of these cancels where rates meet, which therefore is no case of its own.
+    have C = e^(-at) and S = (e^(-bt) - e^(-at))/(a - b). G is S convolved with e^(-rt), and H the
+    integral of G. A row (e, s, g, j) is e C + s S + g G + j H, the fastest rate first: if the pair
+    oscillates more slowly than e^(-rt) decays, that and its convolution with C take the place of C
+    and S. No function cancels where rates meet, which therefore is no case of its own.
     """
 
-    def __init__(
-        self, r: float, lead: float, trail: float, second: float, oscillates: bool
-    ) -> None:
-        """Rates r; h twice and R, or a, b and (a - b)/2."""
-        self.r, self.lead, self.trail, self.second, self.oscillates = (
-            r,
-            lead,
-            trail,
-            second,
-            oscillates,
-        )
-        square = second * second if oscillates else 0.0
-        self.real_first = oscillates and r > trail
-        #: f' has the coefficients (s - a e, g - b s - c e, j - x g - y s).
-        self.nodes = (
-            (r, trail, 0.0, trail, square) if self.real_first else (lead, trail, square, r, 0.0)
-        )
-        self.sum, self.product = lead + trail, lead * trail + square
-        self.fastest = max(r, self.sum, 1.0)
+    r: float  #: the real rate; of three the least
+    lead: float  #: h, or a
+    trail: float  #: h, or b
+    second: float  #: R, or (a - b)/2
+    oscillates: bool
+
+    @property
+    def real_first(self) -> bool:
+        return self.oscillates and self.r > self.trail
+
+    @property
+    def nodes(self) -> Row:
+        """(a, b, c, x, y): f' has the coefficients (s - a e, g - b s - c e, j - x g - y s)."""
+        r, lead, trail, second, _ = self
+        square = second * second if self.oscillates else 0.0
+        return (r, trail, 0.0, trail, square) if self.real_first else (lead, trail, square, r, 0.0)
+
+    @property
+    def fastest(self) -> float:
+        return max(self.r, self.lead + self.trail, 1.0)
 
     def slowed(self, row: Row) -> "Modes":
-        """Those of e^(slowest rate · t) f for a row f, which has its zeros and doesn't underflow.
-
-        Without a part in e^(-rt) that rate is one of the pair's, and r has no effect; beside a level
-        it is 0.
-        """
-        _, _, g, j = row
-        slowest = min(self.r, self.trail) if g else self.trail
-        if j or not slowest:
-            return self
-        pair = self.lead - slowest, self.trail - slowest, self.second
-        return Modes(max(self.r - slowest, 0.0), *pair, self.oscillates)
+        """Those of a row times e^(slowest rate · t): it keeps its zeros, and doesn't underflow."""
+        r, lead, trail, second, oscillates = self
+        # Without a part in e^(-rt) the slowest rate is one of the pair's, and r has no effect.
+        slowest = 0.0 if row[3] else min(r, trail) if row[2] else trail
+        return Modes(max(r - slowest, 0.0), lead - slowest, trail - slowest, second, oscillates)
 
     def slope(self, row: Row) -> Row:
         """The derivative of a row, with the level lost."""
@@ -333,7 +326,9 @@ class Modes:
 
     def at(self, t: float) -> Row:
         """The four functions, and the integral of the last one."""
-        r, two_h, product = self.r, self.sum, self.product
+        r, lead, trail, second, oscillates = self
+        two_h = lead + trail
+        product = lead * trail + second * second if oscillates else lead * trail
         halvings = max(0, frexp(self.fastest * t)[1])
         for _ in range(halvings):
             t *= 0.5
@@ -353,15 +348,15 @@ class Modes:
         # Twice the time, by the motion from there on: u is S' + 2h S, or S' + (a + b) S.
         c, s = self._pair(t)
         for _ in range(halvings):
-            e, once, u = exp(-r * t), -expm1(-r * t) / r if r else t, c + self.lead * s
+            e, once, u = exp(-r * t), -expm1(-r * t) / r if r else t, c + lead * s
             k = k * (1.0 + u) + t * h + g * twice + s * h
             h = h * (1.0 + u) + g * (once + s)
-            g, n = g * (e + u) + n * s, n * (e + c - self.trail * s) - product * g * s
+            g, n = g * (e + u) + n * s, n * (e + c - trail * s) - product * g * s
             twice = twice * (1.0 + e) + t * once
             t *= 2.0
             c, s = self._pair(t)
         if self.real_first:
-            return exp(-r * t), n + self.trail * g, g, h, k
+            return exp(-r * t), n + trail * g, g, h, k
         return c, s, g, h, k
 
     def integrals(self, t: float) -> Row:
@@ -378,12 +373,12 @@ class Modes:
         There f' + r f, or with the real rate first f' + a f, is 0, which has but the pair (Rolle).
         """
         (e, s, g, _), (a, b, c, x, _) = row, self.nodes
-        if not self.real_first:
-            e, s = s + (x - a) * e, g + (x - b) * s - c * e
-        else:
+        if self.real_first:
             e, s = s, g
-        gap = 2.0 * self.second
+        else:
+            e, s = s + (x - a) * e, g + (x - b) * s - c * e
         if not self.oscillates:
+            gap = 2.0 * self.second
             if s and e / s < 0.0:
                 yield log1p(-gap * (e / s)) / gap
             return
@@ -405,7 +400,7 @@ class Modes:
         size = apart * apart + self.second * self.second
         if self.real_first:
             s, g = s + apart * e, g + apart * s + size * e
-        level = j / (r * self.product) if j else 0.0
+        level = j / (r * (h * h + self.second * self.second)) if j else 0.0
         real = (g - j / r if j else g) / size
         cosine, sine = e - real - level, (s - apart * real - h * level) / self.second
         pair = sqrt(cosine * cosine + sine * sine)
@@ -422,11 +417,10 @@ class Modes:
 
 
 class LinearContact(ContactPhase):
-    """Any linear contact, in the rows of `Modes`.
+    """Any contact with either a damper or a drag, in rows of `Modes`.
 
-    Arguments are those of an `UnderdampedContact`. Coefficients follow from f and its derivatives at
-    the start, by formulas that don't cancel. Raises ArithmeticError after `_MOST` extrema of a
-    force that a push on the club head keeps from falling to 0.
+    Coefficients follow from a quantity and its derivatives at the start, by formulas that don't
+    cancel. Arguments and errors are those of `linear_contact`.
     """
 
     def __init__(
@@ -474,7 +468,7 @@ class LinearContact(ContactPhase):
         (a, b, c, x, y), push, kappa = self._modes.nodes, self._push, self._kappa
         if not self._has_drag:
             bend = push - d - b * w
-            force = d + self._modes.sum * w, b * bend + c * w + a * push, push, 0.0
+            force = d + (a + b) * w, b * bend + c * w + a * push, push, 0.0
             return {"force": force, "d": (d, w + a * d, push, 0.0), "w": (w, bend, 0.0, 0.0)}
         p, q, beta, gamma, rest = self._p, self._q, self._beta, self._gamma, self._gamma - a - b
         delta, drive, forced = p * q * beta, beta * mean + push, self._forced
@@ -530,7 +524,7 @@ class LinearContact(ContactPhase):
         e, s, g, j = row
         positive = (e or slope[0] or self._modes.slope(slope)[0]) > 0.0
         # With a level the extrema are the zeros of the slope, which has none.
-        points = islice(modes.extrema(row), most)
+        points: Iterable[float] = islice(modes.extrema(row), most)
         if j:
             points = (t for t, _ in self._zeros(slope, _MOST))
         # In the end the sign is that of the slowest mode: the level, or the last real one.
