@@ -9,7 +9,7 @@ from typing import Any
 
 from golf_physics import modes, refusals
 from golf_physics.component import component
-from golf_physics.laws import extended, integrated, power_law, relative
+from golf_physics.laws import integrated, linear, power_law, relative
 from golf_physics.numerics import chebyshev, gauss, ode
 from golf_physics.values import Inputs, Parameters, rejected
 from golf_physics.variables import (
@@ -191,7 +191,7 @@ def _sentences() -> Iterator[tuple[str, object]]:
     yield "TOO_MANY_PANELS", integrated.TOO_MANY_PANELS
     yield "NO_NUMBERS", ode.NO_NUMBERS
     yield "NOT_FINITE", integrated.NOT_FINITE
-    yield "TOO_MANY_EXTREMA", extended.TOO_MANY_EXTREMA
+    yield "TOO_MANY_EXTREMA", linear.TOO_MANY_EXTREMA
     yield "LARGE_PUSH", rejected("club_force", _HOLE, relative.LARGE_PUSH, " N")
     not_computable = component.not_computed(ArithmeticError("{}"))
     yield "NOT_COMPUTABLE", not_computable

@@ -12,7 +12,7 @@ from golf_build.native import ZIG_CC, ZIGLANG, NativeError, compiled, ziglang
 from golf_build.native_header import header
 from golf_build.packaging import fmu_source
 
-#: Small rather than fast: an impact takes some µs. Inlined, extended.c alone would double the size.
+#: Small rather than fast: an impact takes some µs. Inlined functions would make it larger.
 _FLAGS = (
     "-target", "wasm32-wasi", "-mexec-model=reactor", "-std=c99", "-Oz", "-fno-inline",
     "-mbulk-memory", "-ffp-contract=off", "-g0", "-s",

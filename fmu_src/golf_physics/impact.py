@@ -5,6 +5,7 @@ other inputs lead to; neither changes anything. `arguments` are those of the con
 the same impact in another process.
 """
 
+from collections.abc import Callable
 from math import inf
 from operator import attrgetter
 from typing import Any, NamedTuple
@@ -14,10 +15,6 @@ from .values import START, Inputs, Instant, Motion, Parameters, State, added, ne
 
 #: Of a host's clock, relative.
 RESOLUTION = 2.0**-52
-
-#: So many contact phases wait for their results to be computed: a host that changes k or b at every
-#: step may never read them.
-_MOST_WAITING = 64
 
 
 class Touch(NamedTuple):
@@ -52,7 +49,9 @@ class Impact:
     begin: Instant  #: of the phase
     duration: float  #: of the phase, s; inf if it doesn't end
     touch: Touch | None
-    motion: Motion  #: at the start of a phase; the compression is below 0 before touch
+    #: At the start of a phase; the compression is below 0 before touch. From touch on positions are
+    #: those since touch: differences of positions after a long approach would lose digits.
+    motion: Motion
     velocities: tuple[float, float]  #: of club and ball, m/s: before touch, or at separation
     at_separation: Motion | None = None
     #: Of that compression, below the resolution of a double, m.
@@ -84,6 +83,10 @@ class Impact:
 
     def find_end(self) -> None:
         """Evaluate the phase until its `duration` is known."""
+
+    def displacement(self, instant: Instant) -> float:
+        """Displacement of the ball in contact so far, m."""
+        return 0.0
 
     def last_contact(self, instant: Instant) -> tuple[Any, float] | None:
         """The last contact phase and how long it has lasted, s; None before touch."""
@@ -177,7 +180,7 @@ class Approach(Impact):
             x_ball += v_ball * duration
             begin = added(self.begin, duration) if duration else self.begin
             touch = new(Touch, (begin, x_ball, v_club))
-            start = new(Motion, (x_ball, x_ball, v_club, v_ball, 0.0, closing))
+            start = new(Motion, (0.0, 0.0, v_club, v_ball, 0.0, closing))
             self._at_touch = touch, start
         else:
             touch, start = self._at_touch
@@ -207,12 +210,11 @@ class Approach(Impact):
 class Contact(Impact):
     """The bodies in contact, from touch or from a change of inputs on; `inputs` are those that act.
 
-    `previous` are the results of the contact phases before; or the last of these, how long it has
-    lasted (s), and how many wait for their results.
+    `results_before` are those of the contact phases before this one.
     """
 
     __slots__ = (
-        "_previous", "begin", "duration", "inputs", "motion", "parameters", "phase", "touch",
+        "begin", "duration", "inputs", "motion", "parameters", "phase", "results_before", "touch",
     )  # fmt: skip
 
     in_contact = True
@@ -225,24 +227,12 @@ class Contact(Impact):
 
     def __init__(
         self, parameters: Parameters, inputs: Inputs, begin: Instant, touch: Touch,
-        motion: Motion, previous: "Results | tuple[Contact, float, int]",
+        motion: Motion, results_before: Results,
     ) -> None:  # fmt: skip
         self.parameters, self.inputs, self.begin = parameters, inputs, begin
-        self.touch, self.motion, self._previous = touch, motion, previous
+        self.touch, self.motion, self.results_before = touch, motion, results_before
         self.phase = LAWS[parameters.law].contact(parameters, inputs, motion)
         self.duration = self.phase.duration
-
-    @property
-    def results_before(self) -> Results:
-        """Results of the contact phases before this one, computed on demand."""
-        contact, waiting = self, []
-        while not isinstance(previous := contact._previous, Results):
-            waiting.append((contact, previous))
-            contact = previous[0]
-        # In order, so that none of them looks further back than at the one before it.
-        for contact, (last, lasted, _) in reversed(waiting):
-            contact._previous = previous = last.results(lasted)
-        return previous
 
     def find_end(self) -> None:
         while self.phase.extend():
@@ -267,41 +257,52 @@ class Contact(Impact):
         acting = self.inputs
         if k == acting[0] and b == acting[1] and club_force == acting[3]:
             return self
-        high, low = self.begin
-        t = (instant[0] - high) + (instant[1] - low)
-        if t <= RESOLUTION * high:
-            t = 0.0
-        # As `state`, without its calls, up to 3 % of a change.
-        dense, scale = self.phase.dense_output()
-        state = dense(scale * t)
-        if not t or state[5] < 0.0:
-            self.clamp(state, t)
-        _, x_club, x_ball, v_club, v_ball, d = state
-        closing = self.phase.closing(t) if t else self.motion.closing
+        t = self.elapsed(instant)
+        _, x_club, x_ball, v_club, v_ball, d = self._state_since_touch(t)
+        closing = self.phase.value("w", t) if t else self.motion.closing
         motion = new(Motion, (x_club, x_ball, v_club, v_ball, d, closing))
         # Not of NaN, which the new phase refuses.
         if not law.force(p, k, b, d, closing) <= 0.0 or (not d and closing > 0.0):
-            last = self._previous
-            waiting = 1 if isinstance(last, Results) else last[2] + 1
-            previous = (self, t, waiting) if waiting < _MOST_WAITING else self.results(t)
-            return Contact(p, inputs, instant, touch, motion, previous)
+            return Contact(p, inputs, instant, touch, motion, self.results(t))
         return Flight(self, instant, t, motion, club_force)
 
-    def clamp(self, state: State, t: float) -> None:
+    def dense_output(self) -> tuple[Callable[[float], State], float]:
+        """As of the phase, with the host's positions."""
+        dense, scale = self.phase.dense_output()
+        x = self.touch.x_ball
+        if not x:
+            return dense, scale
+
+        def state(time: float) -> State:
+            force, x_club, x_ball, *others = dense(time)
+            return [force, x + x_club, x + x_ball, *others]
+
+        return state, scale
+
+    def clamp(self, state: State, t: float, x: float) -> None:
         """Change a state of the dense output, t s after the start, to what a host may see.
 
         Exact at the start; and neither force nor compression is below 0, whatever the rounding:
-        bodies push, they don't pull.
+        bodies push, they don't pull. x is the position of the ball at touch, m, or 0.
         """
         if not t:
             p = self.parameters
             x_club, _, v_club, v_ball, d, closing = self.motion
             force = LAWS[p.law].force(p, *self.inputs[:2], d, closing)
-            state[:] = force, x_club, x_club - d, v_club, v_ball, d
+            state[:] = force, x + x_club, x + (x_club - d), v_club, v_ball, d
         if state[0] < 0.0:
             state[0] = 0.0
         if state[5] < 0.0:
             state[2], state[5] = state[1], 0.0
+
+    def _state_since_touch(self, t: float) -> State:
+        dense, scale = self.phase.dense_output()
+        state = dense(scale * t)
+        self.clamp(state, t, 0.0)
+        return state
+
+    def displacement(self, instant: Instant) -> float:
+        return self._state_since_touch(self.elapsed(instant))[2]
 
     def last_contact(self, instant: Instant) -> "tuple[Contact, float]":
         return self, self.elapsed(instant)
@@ -392,7 +393,7 @@ class Flight(Impact):
         high, low = self.begin
         t = (instant[0] - high) + (instant[1] - low)
         _, x_ball, v_club, v_ball, distance, closing = self._motion or self.motion
-        x_ball += v_ball * t
+        x_ball = self.touch.x_ball + (x_ball + v_ball * t)
         if not self.club_force and self.first is None:
             distance += closing * t
             left = distance if distance > 0.0 >= closing else 0.0
@@ -413,13 +414,18 @@ class Flight(Impact):
         t = (instant[0] - high) + (instant[1] - low)
         # The difference of the velocities would cancel.
         closing = self.motion.closing + self.club_force / self.parameters.m_club * t
-        motion = Motion(x_club, x_ball, v_club, v_ball, left or x_club - x_ball, closing)
+        touch = self.touch.x_ball
+        distance = left or x_club - x_ball
+        motion = Motion(x_club - touch, x_ball - touch, v_club, v_ball, distance, closing)
         first = self if self.first is None else self.first
         return Flight(self.contact, instant, self.lasted, motion, club_force, first, left > 0.0)
 
     @property
     def at_separation(self) -> Motion:  # type: ignore[override]
         return (self.first or self).motion
+
+    def displacement(self, instant: Instant) -> float:
+        return self.at_separation.x_ball
 
     def last_contact(self, instant: Instant) -> tuple[Contact, float]:
         return self.contact, self.lasted

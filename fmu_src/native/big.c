@@ -1,6 +1,4 @@
-/* Numbers of 352 bits, 105 digits: what numerics/decimals.py has 57 or 95 digits for.
-
-   A cancellation of 70 digits is harmless, so that results rounded to a double are the same. */
+/* Numbers of 352 bits, 105 digits: those of a sentence are printed without the C library (refusals.c). */
 
 enum { LIMBS = 11 };
 
@@ -13,17 +11,6 @@ typedef struct {
 
 static const Big ZERO = {0, 0, {0}};
 static const Big ONE = {1, 1, {0x80000000u}};
-/* For comparisons only. */
-static const Big ENDLESS = {1, INT64_C(1) << 60, {0x80000000u}};
-static const Big BIG_PI = {1, 2, {0xc90fdaa2u, 0x2168c234u, 0xc4c6628bu, 0x80dc1cd1u, 0x29024e08u,
-                                  0x8a67cc74u, 0x020bbea6u, 0x3b139b22u, 0x514a0879u, 0x8e3404ddu,
-                                  0xef9519b3u}};
-static const Big LN_2 = {1, 0, {0xb17217f7u, 0xd1cf79abu, 0xc9e3b398u, 0x03f2f6afu, 0x40f34326u,
-                                0x7298b62du, 0x8a0d175bu, 0x8baafa2bu, 0xe7b87620u, 0x6debac98u,
-                                0x559552fbu}};
-
-/* An argument is halved, an angle taken a third of, so often before its series. */
-enum { HALVINGS = 12, THIRDS = 4 };
 
 static Big big(double x)
 {
@@ -81,17 +68,6 @@ static int compare_magnitudes(const Big *a, const Big *b)
         if (a->limbs[n] != b->limbs[n]) return a->limbs[n] < b->limbs[n] ? -1 : 1;
     return 0;
 }
-
-static int compare(Big a, Big b)
-{
-    if (a.sign != b.sign) return a.sign < b.sign ? -1 : 1;
-    return a.sign < 0 ? compare_magnitudes(&b, &a) : compare_magnitudes(&a, &b);
-}
-
-static int below(Big a, Big b) { return compare(a, b) < 0; }
-static Big least(Big a, Big b) { return below(b, a) ? b : a; }
-static Big greatest(Big a, Big b) { return below(a, b) ? b : a; }
-static int is_endless(Big a) { return a.exponent == ENDLESS.exponent; }
 
 /* With a first bit of 1. */
 static Big normal(Big a)
@@ -162,8 +138,6 @@ static Big times(Big a, Big b)
     return c;
 }
 
-static Big by(Big a, double x) { return times(a, big(x)); }
-
 static Big over(Big a, Big b)
 {
     /* Newton's method for 1/b, from 53 bits on, with b in 1/2...1 times 2. */
@@ -176,36 +150,6 @@ static Big over(Big a, Big b)
     quotient.exponent += 1 - b.exponent;
     quotient.sign *= b.sign;
     return quotient;
-}
-
-/* By a small number. */
-static Big divided(Big a, uint32_t n)
-{
-    uint64_t rest = 0;
-    for (int k = 0; k < LIMBS; k++) {
-        rest = rest << 32 | a.limbs[k];
-        a.limbs[k] = (uint32_t)(rest / n);
-        rest %= n;
-    }
-    return a.sign ? normal(a) : a;
-}
-
-/* The square root; 0 of numbers below 0. */
-static Big root(Big a)
-{
-    if (a.sign <= 0) return ZERO;
-    int odd = (int)(a.exponent & 1);
-    Big unit = a, three = big(3.0);
-    unit.exponent = odd;
-    /* Newton's method for 1/sqrt. */
-    Big inverse = big(1.0 / sqrt(as_double(unit)));
-    for (int n = 0; n < 3; n++) {
-        Big square = times(inverse, inverse);
-        inverse = scaled(times(inverse, minus(three, times(unit, square))), -1);
-    }
-    Big result = times(unit, inverse);
-    result.exponent += (a.exponent - odd) / 2;
-    return result;
 }
 
 /* The nearest integer. */
@@ -222,53 +166,3 @@ static Big rounded(Big a)
     return b;
 }
 
-/* Whether a term is beyond the last bit of a sum. */
-static int is_negligible(Big term, int64_t exponent)
-{
-    return !term.sign || term.exponent <= exponent - 32 * LIMBS;
-}
-
-static Big exponential(Big x)
-{
-    /* e^x is 0 where its exponent would leave 64 bits. */
-    if (x.sign < 0 && x.exponent > 58) return ZERO;
-    Big twos = rounded(over(x, LN_2));
-    Big small = scaled(minus(x, times(twos, LN_2)), -HALVINGS), sum = ONE, term = ONE;
-    for (uint32_t n = 1; !is_negligible(term, 0); n++) {
-        term = divided(times(term, small), n);
-        sum = plus(sum, term);
-    }
-    for (int n = 0; n < HALVINGS; n++) sum = times(sum, sum);
-    uint64_t bits = (uint64_t)twos.limbs[0] << 32 | twos.limbs[1];
-    if (twos.sign) sum.exponent += (int64_t)(bits >> (64 - twos.exponent)) * twos.sign;
-    return sum;
-}
-
-static void cosine_sine(Big angle, Big *cosine, Big *sine)
-{
-    Big two_pi = scaled(BIG_PI, 1), turns = rounded(over(angle, two_pi)), three = big(3.0);
-    Big small = divided(minus(angle, times(turns, two_pi)), 4 * 81);
-    Big square = negative(times(small, small)), s = small, term = small;
-    for (uint32_t n = 2; !is_negligible(term, small.exponent); n += 2) {
-        term = divided(times(term, square), n * (n + 1));
-        s = plus(s, term);
-    }
-    for (int n = 0; n < THIRDS; n++) s = times(s, minus(three, scaled(times(s, s), 2)));
-    /* Of a quarter of the angle, so the cosine is above 0.7. */
-    Big c = root(minus(ONE, times(s, s)));
-    for (int n = 0; n < 2; n++) {
-        Big doubled = scaled(times(s, c), 1);
-        c = minus(ONE, scaled(times(s, s), 1));
-        s = doubled;
-    }
-    *cosine = c;
-    *sine = s;
-}
-
-/* Of a number above 0, as a double: for the ends of brackets. */
-static double logarithm(Big a)
-{
-    Big unit = a;
-    unit.exponent = 0;
-    return log(as_double(unit)) + (double)a.exponent * 0.6931471805599453;
-}

@@ -525,6 +525,8 @@ static State contact_state(const Component *c, Impact *i)
     State s = contact_dense(&i->contact, scaled_time);
     double t = elapsed(i, instant_now(c));
     if (!t || s.force < 0.0 || s.compression < 0.0) clamp_state(i, &is->parameters, &s, t);
+    s.x_club += i->touch.x_ball;
+    s.x_ball += i->touch.x_ball;
     return s;
 }
 

@@ -4,7 +4,7 @@
    Times are s since its start, at most `duration`. It is a value: what its functions return is
    independent of the order of calls. */
 
-typedef enum { CLOSED_FORM, EXTENDED, POWER_LAW, INTEGRATED } ContactKind;
+typedef enum { UNDERDAMPED, LINEAR, POWER_LAW, INTEGRATED } ContactKind;
 
 typedef struct {
     ContactKind kind;
@@ -14,13 +14,13 @@ typedef struct {
     int found[2], count[2];
     Peak first[2];
     union {
-        ClosedForm closed_form;
+        Underdamped underdamped;
         PowerLaw power_law;
         Integrated integrated;
         struct {
-            Extended extended;
+            LinearContact contact;
             Peak maxima[2][MAXIMA];
-        } extended;
+        } linear;
     } as;
 } Contact;
 
@@ -28,8 +28,8 @@ typedef struct {
 static void contact_copy(Contact *to, const Contact *from)
 {
     size_t size = sizeof *to;
-    if (from->kind == CLOSED_FORM) size = offsetof(Contact, as) + sizeof(ClosedForm);
-    if (from->kind == EXTENDED) size = offsetof(Contact, as) + sizeof(from->as.extended);
+    if (from->kind == UNDERDAMPED) size = offsetof(Contact, as) + sizeof(Underdamped);
+    if (from->kind == LINEAR) size = offsetof(Contact, as) + sizeof(from->as.linear);
     if (from->kind == POWER_LAW) size = offsetof(Contact, as) + sizeof(PowerLaw);
     if (from->kind == INTEGRATED)
         size = offsetof(Contact, as.integrated.starts)
@@ -58,36 +58,35 @@ static void contact_begin(Contact *c, const Parameters *p, Inputs inputs, Motion
         c->rate = INFINITY;
         return;
     }
-    ClosedForm closed_form;
-    closed_form_begin(&closed_form, inputs.k, law_damper(p, inputs.b), law_drag(p, inputs.b),
-                      p->m_club, p->m_ball, start, inputs.club_force);
-    if (closed_form.duration) {
-        c->kind = CLOSED_FORM;
-        c->duration = closed_form.duration;
-        c->rate = closed_form.rate;
-        c->as.closed_form = closed_form;
-        return;
-    }
-    c->kind = EXTENDED;
-    closed_form_extend(&closed_form, &c->as.extended.extended);
-    c->duration = c->as.extended.extended.duration;
-    c->rate = c->as.extended.extended.rate;
+    Linear given = {inputs.k, law_damper(p, inputs.b), law_drag(p, inputs.b), p->m_club, p->m_ball,
+                    inputs.club_force, start};
+    Underdamped *underdamped = &c->as.underdamped;
+    underdamped_begin(underdamped, given);
+    c->kind = UNDERDAMPED;
+    c->duration = underdamped->duration;
+    c->rate = underdamped->rate;
+    if (c->duration) return;
+    LinearContact *linear = &c->as.linear.contact;
+    linear_begin(linear, given);
+    c->kind = LINEAR;
+    c->duration = linear->duration;
+    c->rate = linear->rate;
 }
 
 /* The time scale of the dense output, 1/s. */
 static double contact_scale(Contact *c)
 {
-    return c->kind == CLOSED_FORM ? c->as.closed_form.rates.s : 1.0;
+    return c->kind == UNDERDAMPED ? c->as.underdamped.rates.s : 1.0;
 }
 
 /* The state at a scaled time. */
 static State contact_dense(Contact *c, double time)
 {
     switch (c->kind) {
-    case CLOSED_FORM: return closed_form_dense(&c->as.closed_form, time);
+    case UNDERDAMPED: return underdamped_dense(&c->as.underdamped, time);
     case POWER_LAW: return power_law_state(&c->as.power_law, time);
     case INTEGRATED: return integrated_state(&c->as.integrated, time);
-    default: return extended_state(&c->as.extended.extended, time);
+    default: return linear_state(&c->as.linear.contact, time);
     }
 }
 
@@ -95,10 +94,10 @@ static State contact_dense(Contact *c, double time)
 static double contact_value(Contact *c, Quantity quantity, double t)
 {
     switch (c->kind) {
-    case CLOSED_FORM: return closed_form_value(&c->as.closed_form, quantity, t);
+    case UNDERDAMPED: return underdamped_value(&c->as.underdamped, quantity, t);
     case POWER_LAW: return power_law_value(&c->as.power_law, quantity, t);
     case INTEGRATED: return integrated_value(&c->as.integrated, quantity, t);
-    default: return extended_value(&c->as.extended.extended, quantity, t);
+    default: return linear_value(&c->as.linear.contact, quantity, t);
     }
 }
 
@@ -106,10 +105,10 @@ static double contact_value(Contact *c, Quantity quantity, double t)
 static double contact_impulse(Contact *c, double begin, double width)
 {
     switch (c->kind) {
-    case CLOSED_FORM: return closed_form_impulse(&c->as.closed_form, begin, width);
+    case UNDERDAMPED: return underdamped_impulse(&c->as.underdamped, begin, width);
     case POWER_LAW: return power_law_impulse(&c->as.power_law, begin, width);
     case INTEGRATED: return integrated_impulse(&c->as.integrated, begin, width);
-    default: return extended_impulse(&c->as.extended.extended, begin, width);
+    default: return linear_impulse(&c->as.linear.contact, begin, width);
     }
 }
 
@@ -118,7 +117,7 @@ static Failure contact_failure(const Contact *c)
 {
     static const Failure none = {FINE, {0.0, 0.0, 0.0}};
     if (c->kind == INTEGRATED) return c->as.integrated.failure;
-    return c->kind == EXTENDED ? c->as.extended.extended.failure : none;
+    return c->kind == LINEAR ? c->as.linear.contact.failure : none;
 }
 
 /* Evaluate another piece, if the end isn't known yet; whether the duration has grown. */
@@ -133,8 +132,8 @@ static int contact_extend(Contact *c)
 /* The bodies when contact ends. */
 static Motion contact_end(Contact *c)
 {
-    if (c->kind == CLOSED_FORM) return closed_form_end(&c->as.closed_form);
-    State s = contact_dense(c, c->duration);
+    State s = contact_dense(c, contact_scale(c) * c->duration);
+    if (c->kind == UNDERDAMPED) underdamped_end_velocities(&c->as.underdamped, &s.v_club, &s.v_ball);
     double d = larger(0.0, s.compression);
     double closing = contact_value(c, CLOSING, c->duration);
     return (Motion){s.x_ball + d, s.x_ball, s.v_club, s.v_ball, d, closing};
@@ -145,7 +144,7 @@ static Motion contact_end(Contact *c)
 static Peak *maximum(Contact *c, Quantity quantity, int n)
 {
     if (c->kind == INTEGRATED) return &c->as.integrated.peaks[quantity][n];
-    return n ? &c->as.extended.maxima[quantity][n] : &c->first[quantity];
+    return n ? &c->as.linear.maxima[quantity][n] : &c->first[quantity];
 }
 
 static void find_maxima(Contact *c, Quantity quantity)
@@ -154,9 +153,9 @@ static void find_maxima(Contact *c, Quantity quantity)
     int count;
     if (c->kind == INTEGRATED) return;
     switch (c->kind) {
-    case CLOSED_FORM: count = closed_form_maxima(&c->as.closed_form, quantity, when); break;
+    case UNDERDAMPED: count = underdamped_maxima(&c->as.underdamped, quantity, when); break;
     case POWER_LAW: count = power_law_maxima(&c->as.power_law, quantity, when); break;
-    default: count = extended_maxima(&c->as.extended.extended, quantity, when, MAXIMA);
+    default: count = linear_maxima(&c->as.linear.contact, quantity, when);
     }
     for (int n = 0; n < count; n++)
         *maximum(c, quantity, n) = (Peak){contact_value(c, quantity, when[n]), when[n]};
@@ -190,14 +189,13 @@ typedef struct {
     double compression, impulse;
 } Totals;
 
-/* The largest value until t, shortly after the start of a closed-form contact, given its decaying
+/* The largest value until t, shortly after the start of an underdamped contact, given its decaying
    functions there. */
 static Peak largest_after_start(Contact *c, Quantity quantity, double t, Row basis)
 {
-    const ClosedForm *o = &c->as.closed_form;
-    Row row = closed_form_row(o, quantity), slope = slope_of(row, o->rates);
-    double start = row.a + row.c, now = row.c * basis.c + row.s * basis.s;
-    if (row.a) now += row.a * basis.a;
+    const Underdamped *o = &c->as.underdamped;
+    Row row = quantity == FORCE ? o->force : o->d, slope = underdamped_slope(o, row);
+    double start = row.a + row.c, now = row.a * basis.a + (row.c * basis.c + row.s * basis.s);
     int rises = slope.a + slope.c > 0.0;
     double left = slope.a * basis.a + (slope.c * basis.c + slope.s * basis.s);
     /* There may be a maximum in between. */
@@ -209,8 +207,8 @@ static Peak largest_after_start(Contact *c, Quantity quantity, double t, Row bas
 static Totals contact_totals(Contact *c, double t)
 {
     Totals totals;
-    if (c->kind == CLOSED_FORM && t * c->rate <= SHORT) {
-        Row rates = c->as.closed_form.rates;
+    if (c->kind == UNDERDAMPED && t * c->rate <= SHORT) {
+        Row rates = c->as.underdamped.rates;
         double size = exp(-rates.c * t), angle = rates.s * t;
         Row basis = {exp(-rates.a * t), size * cos(angle), size * sin(angle)};
         totals.force = largest_after_start(c, FORCE, t, basis);

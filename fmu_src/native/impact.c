@@ -39,7 +39,8 @@ typedef struct {
     double lasted; /* how long the last contact phase lasted, s */
 } Flight;
 
-/* An impact in one of its phases. The approach is kept until a step has moved past first touch: up to
+/* An impact in one of its phases. From touch on positions of motions are those since touch: differences
+   of positions after a long approach would lose digits. The approach is kept until a step has moved past first touch: up to
    then a change of the club speed changes that. */
 typedef struct {
     PhaseKind phase;
@@ -133,7 +134,7 @@ static void begin_touch(Impact *i, const Parameters *p, Inputs inputs)
     Motion m = i->approach.motion;
     double duration = i->approach.duration, x_ball = m.x_ball + m.v_ball * duration;
     Instant begin = duration ? added(i->approach.begin, duration) : i->approach.begin;
-    Motion start = {x_ball, x_ball, m.v_club, m.v_ball, 0.0, m.closing};
+    Motion start = {0.0, 0.0, m.v_club, m.v_ball, 0.0, m.closing};
     i->touch = (Touch){begin, x_ball, m.v_club};
     i->before = (Results){0.0, 0.0, 0.0, 0.0, 0.0};
     begin_contact(i, p, acting_inputs(p, inputs, m.closing), begin, start);
@@ -160,6 +161,14 @@ static void clamp_state(const Impact *i, const Parameters *p, State *s, double t
         s->x_ball = s->x_club;
         s->compression = 0.0;
     }
+}
+
+/* The state t s after the start of the contact phase, with positions since touch. */
+static State state_since_touch(Impact *i, const Parameters *p, double t)
+{
+    State s = contact_dense(&i->contact, contact_scale(&i->contact) * t);
+    clamp_state(i, p, &s, t);
+    return s;
 }
 
 /* The larger of the peak so far and that of the present phase, and its time. */
@@ -190,10 +199,12 @@ static void begin_flight(Impact *i, Instant begin, double lasted, Motion motion,
     i->flight = (Flight){begin, motion, club_force, club_force != 0.0, 1, begin, motion, lasted};
 }
 
-static State flight_state(const Flight *f, const Parameters *p, Instant instant)
+static State flight_state(const Impact *i, const Parameters *p, Instant instant)
 {
+    const Flight *f = &i->flight;
     double t = since(f->begin, instant), distance = f->motion.compression;
-    double closing = f->motion.closing, x_ball = f->motion.x_ball + f->motion.v_ball * t;
+    double closing = f->motion.closing;
+    double x_ball = i->touch.x_ball + (f->motion.x_ball + f->motion.v_ball * t);
     double gained = 0.0;
     int falls;
     if (f->is_pushed) {
@@ -208,14 +219,15 @@ static State flight_state(const Flight *f, const Parameters *p, Instant instant)
     return (State){0.0, x_ball + distance, x_ball, f->motion.v_club + gained, f->motion.v_ball, left};
 }
 
-static void change_club_force(Flight *f, const Parameters *p, double club_force, Instant instant)
+static void change_club_force(Impact *i, const Parameters *p, double club_force, Instant instant)
 {
-    State s = flight_state(f, p, instant);
+    State s = flight_state(i, p, instant);
+    Flight *f = &i->flight;
     /* The difference of the velocities would cancel. */
     double gained = f->club_force / p->m_club * since(f->begin, instant);
-    double distance = s.compression ? s.compression : s.x_club - s.x_ball;
-    f->motion =
-        (Motion){s.x_club, s.x_ball, s.v_club, s.v_ball, distance, f->motion.closing + gained};
+    double distance = s.compression ? s.compression : s.x_club - s.x_ball, x = i->touch.x_ball;
+    f->motion = (Motion){s.x_club - x, s.x_ball - x, s.v_club, s.v_ball, distance,
+                         f->motion.closing + gained};
     f->begin = instant;
     f->club_force = club_force;
     f->is_pushed = 1;
@@ -277,7 +289,7 @@ static int advance(Impact *i, const Parameters *p, Inputs inputs, Instant instan
 /* Positions, velocities and compression at an instant of an approach or of flight. */
 static State impact_state(const Impact *i, const Parameters *p, Instant instant)
 {
-    if (i->phase == FLIGHT) return flight_state(&i->flight, p, instant);
+    if (i->phase == FLIGHT) return flight_state(i, p, instant);
     const Approach *a = &i->approach;
     double t = since(a->begin, instant), closing = a->motion.closing;
     double x_ball = a->motion.x_ball + a->motion.v_ball * t;
@@ -296,8 +308,7 @@ static int change_contact(Impact *i, const Parameters *p, Inputs inputs, Instant
         && acting.club_force == i->acting.club_force)
         return 0;
     double t = elapsed(i, instant);
-    State s = contact_dense(&i->contact, contact_scale(&i->contact) * t);
-    if (!t || s.compression < 0.0) clamp_state(i, p, &s, t);
+    State s = state_since_touch(i, p, t);
     double d = s.compression;
     double closing = t ? contact_value(&i->contact, CLOSING, t) : i->motion.closing;
     Motion motion = {s.x_club, s.x_ball, s.v_club, s.v_ball, d, closing};
@@ -326,7 +337,7 @@ static int change_inputs(Impact *i, const Parameters *p, Inputs before, Inputs i
     if (!advance(i, p, before, instant)) return NOT_COMPUTED;
     if (i->phase == CONTACT) return change_contact(i, p, inputs, instant);
     if (i->phase == APPROACH || inputs.club_force == i->flight.club_force) return 0;
-    change_club_force(&i->flight, p, inputs.club_force, instant);
+    change_club_force(i, p, inputs.club_force, instant);
     return 1;
 }
 

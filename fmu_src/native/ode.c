@@ -38,7 +38,9 @@
    would decide whether the bodies separate. */
 #define MOST_FORCE 1e4
 
-enum { ITERATIONS = 30, MOST_INTEGRATED = 600, PANEL_TIMES = ORDER + 2 };
+/* So many HALVINGS lead from any double to the next one: registers of 80 bits (x87) have more numbers in
+   between. */
+enum { ITERATIONS = 30, MOST_INTEGRATED = 600, PANEL_TIMES = ORDER + 2, HALVINGS = 1100 };
 enum { D, MOVED, W, GAINED, QUANTITIES };
 
 typedef struct {
@@ -137,11 +139,11 @@ static int next_panel(const Integrated *o, double t, double *width, SolvedPanel 
     double shortest = SHORTEST * (t + *width), w = *width, excess = 0.0, values[2][ORDER];
     p->at.begin = t;
     memcpy(p->at.start, o->last, sizeof o->last);
-    for (;;) {
+    for (int n = 0;; n++) {
         w = (t + w) - t;
         double allowed = SERIES_TOLERANCE * error_scale(o, o->last, w);
         if (!solve_slopes(o, &p->at, w, allowed, values)) {
-            if (w <= shortest) return 0;
+            if (w <= shortest || n == HALVINGS) return 0;
             w *= 0.5;
             continue;
         }
@@ -151,7 +153,7 @@ static int next_panel(const Integrated *o, double t, double *width, SolvedPanel 
             double left_out = (fabs(p->slopes[i][0]) + fabs(p->slopes[i][1])) * w / allowed;
             excess = larger(excess, left_out);
         }
-        if (excess <= 1.0 || w <= shortest) break;
+        if (excess <= 1.0 || w <= shortest || n == HALVINGS) break;
         /* At a kink the last coefficients fall slowly with the width, elsewhere fast. */
         w *= smaller(larger(pow(excess, -0.4), 0.1), 0.5);
     }
@@ -235,12 +237,13 @@ static double left_on(const Integrated *o, const SolvedPanel *p, double t)
 static double bisect(const Integrated *o, const SolvedPanel *p, PanelFunction function, double sign,
                      double low, double high)
 {
-    for (;;) {
+    for (int n = 0; n < HALVINGS; n++) {
         double middle = 0.5 * (low + high);
-        if (!(low < middle && middle < high)) return high;
+        if (!(low < middle && middle < high)) break;
         if (sign * function(o, p, middle) > 0.0) low = middle;
         else high = middle;
     }
+    return high;
 }
 
 /* Whether a minimum between these times ends the contact, or leaves that to rounding errors. */

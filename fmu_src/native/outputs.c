@@ -102,8 +102,8 @@ static double output_max_compression(Component *c, Impact *i)
 static double output_contact_displacement(Component *c, Impact *i)
 {
     if (!has_touched(i)) return 0.0;
-    double x_ball = i->phase == CONTACT ? state_now(c)->x_ball : i->flight.at_separation.x_ball;
-    return x_ball - i->touch.x_ball;
+    if (i->phase == FLIGHT) return i->flight.at_separation.x_ball;
+    return state_since_touch(i, &c->is.parameters, elapsed(i, instant_now(c))).x_ball;
 }
 
 static double output_impulse(Component *c, Impact *i)

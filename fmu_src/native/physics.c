@@ -4,8 +4,7 @@
 
 #include "big.c"
 #include "chebyshev.c"
-#include "extended.c"
-#include "closed_form.c"
+#include "linear.c"
 #include "power_law.c"
 #include "law.c"
 #include "ode.c"

@@ -361,7 +361,7 @@ static int power_law_maxima(const PowerLaw *o, Quantity quantity, double *when)
         /* F' = 0 is 2 zeta P r^2 + (1 + P - 4 zeta^2) r - 2 zeta = 0 with r = u/x, which only falls: F
            rises until r is at the root that isn't negative (the other is beyond the end). */
         double half = 0.5 * (1.0 + power) - 2.0 * zeta * zeta;
-        double root = length(half, 2.0 * zeta * sqrt(power));
+        double other = 2.0 * zeta * sqrt(power), root = sqrt(half * half + other * other);
         r = half > 0.0 ? 2.0 * zeta / (half + root) : (root - half) / (2.0 * zeta * power);
     }
     if (u <= r * x || !o->count) return 0;

@@ -75,8 +75,8 @@ def accepted(number, pushed):
     return values
 
 
-#: Borders between double and extended precision, by law; and, under law 2, the damping at which the
-#: largest force moves to the start.
+#: Borders between both forms of a linear contact, by law; and, under law 2, the damping at which
+#: the largest force moves to the start.
 _BORDERS = {1: (0.7,), 2: (0.999, 0.5)}
 
 
@@ -95,8 +95,8 @@ def coinciding_rates(m_club, m_ball):
 
 
 def special(number):
-    """At the borders of closed forms, and close to them: rates coincide, or the physics changes to
-    extended precision, equal masses, a fast common motion, changes of k and b just at an event.
+    """At the borders between both forms of a linear contact, and close to them: rates coincide,
+    equal masses, a fast common motion, changes of k and b just at an event.
     """
     rng = random.Random(f"special {number}")
     law = rng.choice((1, 2))

@@ -178,7 +178,7 @@ def test_the_unit_of_an_acceleration():
         assert acceleration == dimension(("force", 1), (f"m_{body}", -1))
 
 
-#: Of each kind; the last two are in extended precision.
+#: Of each kind; the last two are overdamped, and pulled.
 ANY = (
     {"law": 1}, {"law": 2, "club_force": 300.0}, {"law": 2, "exponent": 1.6, "gap": 0.001},
     {"law": 2, "restitution_at_rest": 0.86, "restitution_slope": 0.0029},
@@ -201,4 +201,6 @@ def test_results_do_not_depend_on_the_base_units(way_of, values, sign):
     for steps in (1, 2, 10):
         found = run(steps, kg=10.0 ** (9 * sign), m=10.0 ** (-5 * sign), s=10.0 ** (4 * sign))
         exact, scales = run(steps, kg=1.0, m=1.0, s=1.0), {"coefficient_of_restitution": 1.0}
-        assert_close(found, exact, scales, values=values, steps=steps)
+        # Relative to small results of an overdamped contact rounding is 7e-13.
+        within = 1e-12 if "k" in values else 1e-13
+        assert_close(found, exact, scales, within, values=values, steps=steps)

@@ -52,8 +52,8 @@ class Component(FmiComponent):
 
     __slots__ = (
         "_begun", "_check_every_step", "_count", "_counted", "_dense_output", "_impact", "_inputs",
-        "_instant", "_last_start", "_now", "_pick", "_present", "_requested", "_restored_values",
-        "last_step", "origin", "start_time", "values",
+        "_instant", "_now", "_pick", "_present", "_requested", "last_step", "origin", "start_time",
+        "values",
     )  # fmt: skip
 
     _rows = MappingProxyType({(row.type, row.reference): row for row in VARIABLES})
@@ -72,10 +72,6 @@ class Component(FmiComponent):
         self._check_every_step = False
         #: The last list of references read: see `outputs.Reading`.
         self._requested, self._pick = self.reading((), "Real")
-        #: The values of the last restored state while its parameters haven't been set; and those
-        #: from which an initialization ended, with its approach.
-        self._restored_values: tuple[float, ...] | None = None
-        self._last_start: tuple[tuple[float, ...] | None, Any] = None, None
 
     def _run(self, impact: Any, inputs: Inputs | None, begin: Instant, size: float) -> None:
         """Steps of this size (s; 0: none yet) from an instant on, with this impact and inputs.
@@ -101,22 +97,10 @@ class Component(FmiComponent):
         self.start_time = self.origin = self._point = start_time
 
     def _begin(self) -> Refusal | None:
-        restored = self._restored_values
-        known, approach = self._last_start
-        if known is None or known is not restored:
-            approach = None
-            parameters, inputs = self._split()
-            problem = conflict(parameters, inputs)
-        else:
-            # Another run of a restored initialization: a third of its time less.
-            parameters, inputs = approach.parameters, new(Inputs, self.values[:INPUTS])
-            problem = conflict_of_inputs(parameters, inputs)
+        parameters, inputs = self._split()
+        problem = conflict(parameters, inputs)
         if problem is None:
-            # Not of an equal speed: 0.0 and -0.0 are.
-            if approach is None or approach.velocities[0] is not inputs.club_speed:
-                approach = Impact.start(parameters, inputs.club_speed)
-            self._last_start = restored, approach
-            self._run(approach, inputs, START, 0.0)
+            self._run(Impact.start(parameters, inputs.club_speed), inputs, START, 0.0)
         return problem
 
     def _split(self) -> tuple[Parameters, Inputs]:
@@ -233,7 +217,6 @@ class Component(FmiComponent):
                 if self._accepted(reference, value, type_) is None:
                     continue
                 place = PLACES[reference]
-                self._restored_values = None
             if value == self.values[place]:
                 continue
             self.values[place] = value
@@ -255,13 +238,7 @@ class Component(FmiComponent):
             except (ArithmeticError, ValueError) as error:
                 self._report(not_computed(error))
                 return [nan] * len(references)
-        now = self._now
-        if now is None:
-            # As in `state`, without its call, 3 to 4 % of a read.
-            motion, first, offset, pace, since, until = self._dense_output
-            t = offset + (self._count - first) * pace
-            now = self._now = motion(t) if since < t < until else self._evaluate()
-        return now
+        return self.state()
 
     def discretes(self, references: list[int], type_: str) -> list[Any]:
         """Values of variables of another type ("Enumeration", "Boolean")."""
@@ -320,7 +297,7 @@ class Component(FmiComponent):
         step, and between which scaled times the dense output is the state: next to touch and
         separation the exact instant decides, and the state is clamped.
         """
-        dense, scale = contact.phase.dense_output()
+        dense, scale = contact.dense_output()
         begin, begin_low = contact.begin
         offset, first = (self._begun[0] - begin) + (self._begun[1] - begin_low), 0.0
         if offset < 0.0 and self.last_step:
@@ -337,7 +314,7 @@ class Component(FmiComponent):
         high, low = self.instant()
         t = (high - begin) + (low - begin_low)
         if t <= resolution or state[0] < 0.0 or state[5] < 0.0:
-            contact.clamp(state, t if t > resolution else 0.0)
+            contact.clamp(state, t if t > resolution else 0.0, contact.touch.x_ball)
         return state
 
     def snapshot(self) -> Snapshot:
@@ -365,7 +342,6 @@ class Component(FmiComponent):
         self._count = count
         if computed is not None:
             self._present, self._dense_output = computed
-        self._restored_values = values
         self.values = list(values)
         self._point_is_free, self._check_every_step = True, False
         self._size = nan

@@ -11,7 +11,7 @@ from ..values import Inputs, Instant, Motion, Parameters, Refusal
 from ..variables import SETTABLE
 
 #: It changes with the layout of a state.
-_VERSION = "golf-impact state 11"
+_VERSION = "golf-impact state 12"
 
 #: No instance gets so far, s: 10⁹ steps of 1e100 s.
 _LATEST = 1e109

@@ -6,10 +6,9 @@ from math import sqrt
 from types import MappingProxyType
 
 from ..values import Inputs, Motion, Parameters, Refusal, rejected
-from .closed_form import ClosedFormContact
 from .contact import ContactPhase
-from .extended import ExtendedContact
 from .integrated import IntegratedContact
+from .linear import linear_contact
 
 #: A larger force on the club head (relative to the contact force without it) may leave so little of
 #: the approach speed that the contact can't be computed.
@@ -65,7 +64,7 @@ class Law:
 
 
 class LinearLaw(Law):
-    """F = k d + damper · d', or a drag on each body: in closed form; both in extended precision."""
+    """F = k d + damper · d', or a drag on each body: in closed form; with both it is integrated."""
 
     def damper(self, b: float) -> float:
         """The coefficient of the closing speed, N.s/m."""
@@ -94,6 +93,5 @@ class LinearLaw(Law):
         k, b, _, club_force = inputs
         damper, drag = self.damper(b), self.drag(b)
         if damper and drag:
-            return ExtendedContact(k, damper, drag, p.m_club, p.m_ball, start, club_force)
-        contact = ClosedFormContact(k, damper, drag, p.m_club, p.m_ball, start, club_force)
-        return contact if contact.duration else contact.extended()
+            return super().contact(p, inputs, start)
+        return linear_contact(k, damper, drag, p.m_club, p.m_ball, start, club_force)

@@ -15,9 +15,9 @@ from types import MappingProxyType
 
 from ..restitution import LEAST, damping_ratio
 from ..values import Inputs, Motion, Parameters, Refusal, rejected
-from .closed_form import ClosedFormContact
 from .contact import ContactPhase
 from .law import Law, LinearLaw
+from .linear import linear_contact
 from .power_law import PowerLawContact
 
 #: Lengths (m) and rates (1/s) to which a power law may lead.
@@ -125,9 +125,7 @@ class RelativeLaw(LinearLaw):
     def contact(self, p: Parameters, inputs: Inputs, start: Motion) -> ContactPhase:
         k, b, _, club_force = inputs
         if p.exponent == 1.0:
-            # As of a `LinearLaw`, three calls less.
-            contact = ClosedFormContact(k, b, 0.0, p.m_club, p.m_ball, start, club_force)
-            return contact if contact.duration else contact.extended()
+            return linear_contact(k, b, 0.0, p.m_club, p.m_ball, start, club_force)
         if not club_force:
             return PowerLawContact(p, k, b, start)
         refusal = _refusal_of_force(p, k, club_force, start.compression, start.closing)

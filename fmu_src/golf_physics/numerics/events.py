@@ -8,10 +8,16 @@ from itertools import pairwise
 
 Function = Callable[[float], float]
 
+#: So many lead from any double to the next one.
+_HALVINGS = 1100
+
 
 def bisect(f: Function, low: float, high: float) -> float:
     """The first double after `low` at which a function isn't above 0; it isn't at `high`."""
-    while low < (middle := 0.5 * (low + high)) < high:
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        if not low < middle < high:
+            break
         low, high = (middle, high) if f(middle) > 0.0 else (low, middle)
     return high
 

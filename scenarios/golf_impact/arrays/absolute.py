@@ -1,7 +1,7 @@
 """Law 1 below critical damping: two equations are solved by Newton's method.
 
 With time τ in units of 1/ω, ω² = k/μ, a quantity is a e^(-rτ) + e^(-hτ) (c cos wτ + s sin wτ), a
-real mode and an oscillating pair (`golf_physics.laws.closed_form`). Rows (a, c, s) are those of
+real mode and an oscillating pair (`golf_physics.laws.linear`). Rows (a, c, s) are those of
 ω · compression and of the velocities; θ is the phase wτ.
 """
 
