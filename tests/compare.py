@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from golf_impact.arrays.impacts import DEFAULTS
+from golf_impact.quantities import START as DEFAULTS
 from golf_impact.scales import TOLERANCE, Scales, reduced_mass
 
 

@@ -11,7 +11,7 @@ from quadrature import PowerLawContact
 
 import golf_impact
 from golf_impact.arrays.contacts import newton
-from golf_impact.arrays.impacts import DEFAULTS
+from golf_impact.quantities import START as DEFAULTS
 from golf_impact.ball import BALLS
 from golf_impact.reference import Reference
 
