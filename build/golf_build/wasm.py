@@ -48,7 +48,11 @@ def digest() -> str:
     """
     total = hashlib.sha256()
     for name, data in _sources().items():
-        kept = [line for line in data.splitlines() if b"law" not in line] if name == _HEADER else [data]
+        kept = (
+            [line for line in data.splitlines() if b"law" not in line]
+            if name == _HEADER
+            else [data]
+        )
         total.update(b"\0".join([name.encode(), *kept]))
     return total.hexdigest()[:16]
 

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from golf_build import BY_NAME
 from golf_impact import engine
-from golf_impact.errors import UserError, unknown_name
+from golf_impact.errors import MissingEngineError, UserError, unknown_name
 from golf_impact.quantities import START, undefined_results
 from golf_impact.runs import FLAGS, METRICS, PATH, ImpactArrays, Named, instants_of
 from golf_impact.units import number
@@ -73,6 +73,17 @@ def run_impact(outputs: Iterable[str] = METRICS, **values: float | str) -> dict[
     return results
 
 
+def run_impact_anywhere(**values: Any) -> Mapping[str, float]:
+    """As `run_impact`; through the FMU where the engine can't be used."""
+    try:
+        return run_impact(**values)
+    except MissingEngineError:
+        from golf_impact.fmu import Impact
+
+        with Impact() as impact:
+            return impact(**values)
+
+
 def run_impacts(
     outputs: Iterable[str] = METRICS, *, threads: int | None = None, **values: ArrayLike
 ) -> ImpactArrays:
@@ -124,7 +135,9 @@ def run_impacts(
 
 def reason_of(columns: Mapping[str, Any], case: int) -> str:
     """Why a case of these columns is refused."""
-    values = {name: float(value[case] if np.ndim(value) else value) for name, value in columns.items()}
+    values = {
+        name: float(value[case] if np.ndim(value) else value) for name, value in columns.items()
+    }
     try:
         engine.check_impact(values)
     except UserError as error:
@@ -200,14 +213,16 @@ def known_names(names: Iterable[str], kind: str = "output") -> tuple[str, ...]:
     return tuple(dict.fromkeys(names))
 
 
-def _array(name: str, value: Any) -> np.ndarray:
+def _array(name: str, value: Any) -> Any:
     """A value as an array of floats (SI units); UserError if it isn't numeric."""
     try:
         # What is masked is missing: NaN, which is rejected.
         array: Any = np.ma.asarray(value)
         # Text, or objects that may be numbers: large integers, or those of `decimal`.
         if array.dtype.kind in "OU":
-            return np.vectorize(lambda one: number(name, one), otypes=[float])(np.asarray(value, object))
+            return np.vectorize(lambda one: number(name, one), otypes=[float])(
+                np.asarray(value, object)
+            )
         return np.asarray(np.ma.filled(array.astype(float, casting="same_kind"), np.nan))
     except (TypeError, ValueError, OverflowError):
         why = "it must be a number or an array of them"
@@ -229,7 +244,7 @@ def columns_of(values: Mapping[str, Any]) -> tuple[dict[str, Any], tuple[int, ..
     }, shape
 
 
-def _numbers(values: Mapping[str, Any]) -> dict[str, float]:
+def _numbers(values: Mapping[str, Any]) -> dict[str, Any]:
     """The values (SI units) if each is a single one of an input or parameter; else a UserError."""
     known_names(values, "input or parameter")
     return {name: number(name, value) for name, value in values.items()}

@@ -13,8 +13,8 @@ from golf_impact.errors import UserError
 from golf_impact.quantities import START
 from golf_impact.runs import FLAGS, METRICS, MOMENTARY, ImpactArrays, Named
 
-#: Widths of differences, in units of a variable's scale: the first one, and those that are tried where
-#: its error is too large: an output changes faster or hardly at all, or a limit is near.
+#: Widths of differences, in units of a variable's scale: the first one, and those that are tried
+#: where its error is too large: an output changes faster or hardly at all, or a limit is near.
 _WIDTHS = (1e-3, 1e-4, 1e-5, 1e-6, 1e-2)
 
 #: Offsets of the points of a difference, in widths.
@@ -131,7 +131,7 @@ def _reason(name: str, of: str, columns: Mapping[str, Any], found: ImpactArrays,
         return "the bodies don't touch"
     if np.isnan(found[name][case]):
         return f"{name} doesn't exist there: no separation"
-    one = {name: column[case : case + 1] for name, column in columns.items()}
+    one: dict[str, Any] = {name: column[case : case + 1] for name, column in columns.items()}
     step = _WIDTHS[-2] * _scale(of, one)
     sides = [run_impacts((name,), **one | {of: one[of] + sign * step}) for sign in (1.0, -1.0)]
     refusals = [side.reason for side in sides if side.reason]
@@ -139,7 +139,7 @@ def _reason(name: str, of: str, columns: Mapping[str, Any], found: ImpactArrays,
     return f"{name} has no finite slope over {of} there{beyond}"
 
 
-def _scale(of: str, v: Mapping[str, np.ndarray]) -> np.ndarray:
+def _scale(of: str, v: Mapping[str, Any]) -> Any:
     """The change of a variable over which results change by about themselves."""
     closing = v["club_speed"] - v["ball_speed"]
     mu = v["m_club"] * (v["m_ball"] / (v["m_club"] + v["m_ball"]))
@@ -174,11 +174,11 @@ def _slopes(
     best, least = np.full(shape, np.nan), np.full(shape, np.inf)
     bound = np.full(shape, np.inf)
     for width in _WIDTHS:
-        some = {name: column[cases] for name, column in columns.items()}
+        some: dict[str, Any] = {name: column[cases] for name, column in columns.items()}
         x, scale = some[of], _scale(of, some)
         # An exact difference.
         step = (x + width * scale) - x
-        moved = {name: np.tile(column, len(_OFFSETS)) for name, column in some.items()}
+        moved: dict[str, Any] = {n: np.tile(column, len(_OFFSETS)) for n, column in some.items()}
         moved[of] = (x + _OFFSETS[:, None] * step).ravel()
         rows = run_impacts(outputs, **moved)
         f = np.array([rows[name].reshape(-1, len(cases)) for name in outputs])
@@ -188,7 +188,9 @@ def _slopes(
             bound[:, cases] = size / np.where(x == 0.0, scale, np.abs(x))
             for difference in _DIFFERENCES:
                 used = difference.weights != 0.0
-                slope, lower = (np.tensordot(row[used], f[:, used], (0, 1)) / step for row in difference)
+                slope, lower = (
+                    np.tensordot(row[used], f[:, used], (0, 1)) / step for row in difference
+                )
                 rounding = _ROUNDING * np.abs(difference.weights).sum() * size / step
                 error = np.abs(slope - lower) + rounding
                 better = error < least[:, cases]

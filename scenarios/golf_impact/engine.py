@@ -6,6 +6,7 @@ rows: they have the same bits for any number of threads.
 
 from __future__ import annotations
 
+import atexit
 import os
 import sys
 from collections import deque
@@ -142,14 +143,16 @@ class _Engine:
     """An instance of physics.wasm; for one thread at a time."""
 
     def __init__(self) -> None:
+        engine, module = _module()
         import wasmtime
 
-        engine, module = _module()
         self._store = wasmtime.Store(engine)
-        self._exports = wasmtime.Instance(self._store, module, []).exports(self._store)
+        self._exports: Any = wasmtime.Instance(self._store, module, []).exports(self._store)
         self.call("_initialize")
         # It never grows: the engine allocates nothing.
-        self._memory = np.frombuffer(self._exports["memory"].get_buffer_ptr(self._store), np.uint8)
+        memory: Any = self._exports["memory"]
+        buffer: Any = memory.get_buffer_ptr(self._store)
+        self._memory = np.frombuffer(buffer, np.uint8)
         if self.text("token") != digest():
             why = "of other sources than fmu_src/native has: run `python -m golf_build.wasm`"
             raise UserError(f"golf_impact/explore/physics.wasm is {why}")
@@ -176,7 +179,7 @@ class _Engine:
         """Results and ends of these rows."""
         number = part.stop - part.start
         for column, name in zip(self.space["values"], START):
-            if np.ndim(value := columns.get(name)):
+            if np.ndim(value := columns.get(name, 0.0)):
                 column[:number] = value[part]
         self.call("impacts", number, outputs)
         return self.space["results"][:outputs, :number], self.space["ends"][:number]
@@ -204,6 +207,13 @@ def _borrowed() -> Iterator[_Engine]:
         yield engine
     finally:
         _idle.append(engine)
+
+
+@atexit.register
+def _free() -> None:
+    """wasmtime's objects can't be freed any more while Python's modules go."""
+    _idle.clear()
+    _module.cache_clear()
 
 
 @cache

@@ -26,7 +26,9 @@ FLAGS = ("touched", "in_contact", "separated")
 PATH = ("force", "club_position", "ball_position", "club_velocity", "ball_velocity", "compression")
 
 #: Outputs that go on changing after separation.
-MOMENTARY = tuple(row.name for row in BY_NAME.values() if row.momentary and row.causality == "output")
+MOMENTARY = tuple(
+    row.name for row in BY_NAME.values() if row.momentary and row.causality == "output"
+)
 
 Value = TypeVar("Value")
 
@@ -63,7 +65,7 @@ def half_period(values: Mapping[str, float]) -> float:
         return period
     # Kinetic energy μ v²/2 = k d_r^(1-n) d^(n+1)/(n+1) at the largest compression d.
     ratio = closing * period / (math.pi * d_r)
-    compression = d_r * (0.5 * (n + 1.0) * ratio * ratio) ** (1.0 / (n + 1.0))
+    compression: float = d_r * (0.5 * (n + 1.0) * ratio * ratio) ** (1.0 / (n + 1.0))
     return math.pi * compression / closing
 
 

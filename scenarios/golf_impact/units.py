@@ -70,10 +70,7 @@ def number(name: str, value: Any) -> float:
     try:
         if isinstance(value, str):
             return si_value(value, unit_of(name))
-        # Shapes only of what is neither: np.ndim takes a microsecond.
-        if not isinstance(value, (int, float)) and (
-            isinstance(value, bytes) or getattr(value, "ndim", 0)
-        ):
+        if isinstance(value, bytes) or getattr(value, "ndim", None):
             raise TypeError
         return float(value)
     except (TypeError, ValueError, OverflowError) as error:
