@@ -172,14 +172,14 @@ class _Engine:
         self.space["read"][: len(outputs)] = [BY_NAME[name].reference for name in outputs]
         for column, name in zip(self.space["values"], START):
             value = columns.get(name, START[name])
-            if not np.ndim(value):
+            if not isinstance(value, np.ndarray):
                 column[:number] = value
 
     def run(self, columns: Mapping[str, Any], part: slice, outputs: int) -> Any:
         """Results and ends of these rows."""
         number = part.stop - part.start
         for column, name in zip(self.space["values"], START):
-            if np.ndim(value := columns.get(name, 0.0)):
+            if isinstance(value := columns.get(name), np.ndarray):
                 column[:number] = value[part]
         self.call("impacts", number, outputs)
         return self.space["results"][:outputs, :number], self.space["ends"][:number]

@@ -72,7 +72,7 @@ def reduced_mass(impact: Mapping[str, float]) -> float:
 
 
 def compute_scalars(names: Sequence[str], values: Values) -> dict[str, float]:
-    """Scalars of these names, by the physics of the FMU to the last bit."""
+    """Scalars of these names, by the engine."""
     found = run_impact([TARGETS[name] for name in names], **values)
     if any(map(math.isnan, found.values())):
         raise UserError("the bodies don't separate")
