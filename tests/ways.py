@@ -1,7 +1,8 @@
 """The ways to get an impact's outputs, one list with one interface.
 
-Steppable ones: the physics in this process, the FMU in Python, native ones 2.0 and 3.0. Others
-give the results of whole impacts: Python's functions, alone and by arrays, and the page.
+Steppable ones: the physics in this process, and the FMUs, in Python and native. Others
+give the results of whole impacts: `golf_impact.Impact`, Python's functions by the engine (of one
+impact, or of rows), and the page.
 """
 
 import math
@@ -187,7 +188,7 @@ class Alone:
         return found
 
 
-class Arrays:
+class Rows:
     """`golf_impact.run_impacts`, of all cases in one call."""
 
     def outputs(self, cases: Iterable[Mapping[str, float]]) -> list[dict[str, float] | str]:
@@ -226,7 +227,7 @@ FMUS = {
     "native, FMI 3.0": replace(native.BUILDERS[3], here=True),
 }
 STEPPED = ("in process", *FMUS)
-WHOLE = ("alone", "Impact", "arrays", "page")
+WHOLE = ("Impact", "engine", "engine, rows", "page")
 
 
 @pytest.fixture(scope="session")
@@ -249,7 +250,7 @@ def way_of(once, system_files, tmp_path_factory):
                 return Alone(stack.enter_context(golf_impact.Impact(fmu_file(once, "FMI 2.0"))))
             if name == "page":
                 return Page(tmp_path_factory.mktemp("page"))
-            return {"in process": InProcess, "alone": Alone, "arrays": Arrays}[name]()
+            return {"in process": InProcess, "engine": Alone, "engine, rows": Rows}[name]()
 
         yield way_of
 

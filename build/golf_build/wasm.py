@@ -1,9 +1,11 @@
-"""The physics in C (fmu_src/native) as WebAssembly, for the page of `golf-impact explore`.
+"""The physics in C (fmu_src/native) as WebAssembly: for `golf-impact explore` and for Python.
 
 `python -m golf_build.wasm` writes physics.wasm and the notices of what zig links into it where the
 page has them. The same sources make the same bytes on every machine: ziglang is pinned.
 """
 
+import hashlib
+from functools import cache
 from pathlib import Path
 
 from golf_build.archive import whole
@@ -18,6 +20,9 @@ _FLAGS = (
     "-mbulk-memory", "-ffp-contract=off", "-g0", "-s",
 )  # fmt: skip
 
+#: What native_header makes.
+_HEADER = "variables.h"
+
 #: Licences of what is linked, by their files in ziglang.
 _NOTICES = {
     "zig (compiler-rt)": "LICENSE",
@@ -26,6 +31,30 @@ _NOTICES = {
     "wasi-libc, Apache License 2.0 with LLVM exceptions": "lib/libc/wasi/LICENSE-APACHE-LLVM",
     "wasi-libc, MIT": "lib/libc/wasi/LICENSE-MIT",
 }
+
+
+def _sources(token: str = "") -> dict[str, bytes]:
+    """The C sources by name, with the same line ends everywhere."""
+    files = sorted(fmu_source("native").glob("*.[ch]"))
+    sources = {file.name: file.read_bytes().replace(b"\r\n", b"\n") for file in files}
+    return sources | {_HEADER: header(0, token, {}).encode()}
+
+
+@cache
+def digest() -> str:
+    """Of the sources; physics.wasm has that of its own.
+
+    Lines about laws don't count: a law of one's own, which C doesn't have, changes them.
+    """
+    total = hashlib.sha256()
+    for name, data in _sources().items():
+        kept = (
+            [line for line in data.splitlines() if b"law" not in line]
+            if name == _HEADER
+            else [data]
+        )
+        total.update(b"\0".join([name.encode(), *kept]))
+    return total.hexdigest()[:16]
 
 
 def build() -> dict[str, bytes]:
@@ -38,9 +67,8 @@ def build() -> dict[str, bytes]:
     if zig is None:
         needs = f"the page's WebAssembly needs ziglang {ZIGLANG} for its bytes"
         raise NativeError(f"{needs}: {install_command('native')}")
-    sources = {file.name: file.read_bytes() for file in fmu_source("native").glob("*.[ch]")}
-    sources["variables.h"] = header(0, "", {}).encode()
-    wasm = compiled([*ZIG_CC, *_FLAGS, "page.c", "-o", "physics.wasm"], sources, "physics.wasm")
+    command = [*ZIG_CC, *_FLAGS, "page.c", "-o", "physics.wasm"]
+    wasm = compiled(command, _sources(digest()), "physics.wasm")
     notices = (f"{name}\n\n{(zig / file).read_text()}" for name, file in _NOTICES.items())
     return {"physics.wasm": wasm, "physics.txt": "\n\n".join(notices).encode()}
 

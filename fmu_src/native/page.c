@@ -1,6 +1,7 @@
-/* The physics for the web page, as WebAssembly: one instance of the component, that is started,
+/* The physics as WebAssembly. For the web page: one instance of the component, that is started,
    stepped and read by value references, as an importer does. Numbers pass as doubles; a sentence that
-   says why something is refused is at `text`. Nothing is imported: no input, no output. */
+   says why something is refused is at `text`. For Python's functions: rows.c. Nothing is imported: no
+   input, no output. */
 
 #include "physics.c"
 
@@ -51,15 +52,20 @@ EXPORT(set) int page_set(uint32_t reference, double value)
 EXPORT(start) int page_start(void) { return component_exit_initialization(&component); }
 
 /* The variable to be corrected where values that are allowed are refused together; else no one's. */
-EXPORT(about) int page_about(void)
+static int about(Reason reason)
 {
-    Parameters parameters = parameters_of(component.is.values);
-    switch (conflict(&parameters, inputs_of(component.is.values)).reason) {
+    switch (reason) {
     case EXPONENT_WITH_LAW_1: return VR_exponent;
     case RESTITUTION_AT_REST_WITH_LAW_1: return VR_restitution_at_rest;
     case EXTREME_FORCE: return VR_club_force;
     default: return -1;
     }
+}
+
+EXPORT(about) int page_about(void)
+{
+    Parameters parameters = parameters_of(component.is.values);
+    return about(conflict(&parameters, inputs_of(component.is.values)).reason);
 }
 
 /* Make a communication step from a point on, both in s. Returns whether it is accepted. */
@@ -73,3 +79,5 @@ EXPORT(get) double page_get(uint32_t reference)
     if (place >= 0) component_get(&component, reference, TABLE[place].type, &value);
     return has_read_failed(&component) ? NAN : value;
 }
+
+#include "rows.c"

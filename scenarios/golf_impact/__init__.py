@@ -35,7 +35,7 @@ _MODULES = {
     "Impact": "fmu", "sweep": "sweeps",
     "calibrate": "calibration.calibration", "read_ball": "ball", "balls": "api",
     "run_impact": "api", "run_impacts": "api", "run_trajectory": "api",
-    "sensitivities": "api",
+    "sensitivities": "derivatives",
 }  # fmt: skip
 
 __all__ = sorted(_MODULES)

@@ -2,37 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from math import prod
 from numbers import Integral
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from golf_physics.variables import VARIABLES
 from numpy.typing import ArrayLike
 
-from golf_impact.arrays.contacts import Contacts, Values
-from golf_impact.arrays.impacts import DEFAULTS, MOMENTARY, ScalarImpacts, closed_contacts
-from golf_impact.arrays.relative import POWER_LAW
-from golf_impact.errors import UserError, unknown_name
-from golf_impact.runs import FLAGS, METRICS, PATH, ImpactArrays, Named, number
+from golf_build import BY_NAME
+from golf_impact import engine
+from golf_impact.errors import MissingEngineError, UserError, unknown_name
+from golf_impact.quantities import START, undefined_results
+from golf_impact.runs import FLAGS, METRICS, PATH, ImpactArrays, Named, instants_of
+from golf_impact.units import number
 
 if TYPE_CHECKING:
     from golf_impact.ball import Ball
 
-_OUTPUTS = tuple(row.name for row in VARIABLES if row.causality == "output")
+_OUTPUTS = tuple(row.name for row in BY_NAME.values() if row.causality == "output")
+_REALS = tuple(name for name in _OUTPUTS if name not in FLAGS)
 
-#: The largest communication step of the FMU, s.
-_LONGEST = 1e100
-
-#: The complex step; relative, or absolute (SI) of a variable below `_TINY`, where it would
-#: underflow. Its square is far below rounding.
-_STEP, _TINY = 1e-30, 1e-200
-
-_NOT_CLOSED = (
-    "its contact must be a closed form: underdamped, without a club_force, with a COR that isn't "
-    "far below golf's"
-)
+#: The latest instant of a trajectory, s.
+_LATEST = 1e100
 
 
 def balls() -> dict[str, Ball]:
@@ -47,14 +39,15 @@ def balls() -> dict[str, Ball]:
     return Named(BALLS)
 
 
-def run_impact(outputs: Iterable[str] = METRICS, **values: float) -> dict[str, float]:
-    """Compute an impact, in this process: the numbers of the FMU to the last bit.
+def run_impact(outputs: Iterable[str] = METRICS, **values: float | str) -> dict[str, float]:
+    """Compute an impact, without an FMU: the FMU's numbers within 1e-13 of their scales.
 
     The equations are in fmu_src/README.md.
 
     Args:
-        outputs: the Real outputs to read after it.
-        values: inputs and parameters by name (SI units); defaults for the others.
+        outputs: the Real outputs to read after it; no others are computed.
+        values: inputs and parameters by name, in SI units or as text with a unit ("800 N/mm");
+            start values for the others.
 
     Returns:
         The outputs by name (SI units). Results of a completed impact are NaN where there is none:
@@ -67,22 +60,41 @@ def run_impact(outputs: Iterable[str] = METRICS, **values: float) -> dict[str, f
         UserError: the physics rejects a value, or has no variable of a name.
 
     Example:
-        >>> round(run_impact(["ball_velocity"], law=2, k=8e5)["ball_velocity"], 2)
+        >>> round(run_impact(["ball_velocity"], law=2, k="800 N/mm")["ball_velocity"], 2)
         55.23
     """
-    return ScalarImpacts().impact(known_names(outputs), **_numbers(values))
+    outputs, numbers = known_names(outputs, kind="Real output"), _numbers(values)
+    found, (end,) = engine.run_rows(outputs, numbers, 1, threads=1)
+    if end == engine.REFUSED:
+        engine.check_impact(numbers)
+    results: Named[float] = Named(zip(outputs, found[:, 0].tolist()))
+    undefined = _undefined(end)
+    results.update((name, undefined[name]) for name in undefined.keys() & results.keys())
+    return results
 
 
-def run_impacts(outputs: Iterable[str] = METRICS, **values: ArrayLike) -> ImpactArrays:
-    """Compute many impacts at once.
+def run_impact_anywhere(**values: Any) -> Mapping[str, float]:
+    """As `run_impact`; through the FMU where the engine can't be used."""
+    try:
+        return run_impact(**values)
+    except MissingEngineError:
+        from golf_impact.fmu import Impact
 
-    Contacts in closed form (underdamped, as in golf) are computed by arrays, millions per second;
-    the others one by one. Results differ from those of `run_impact` by rounding.
+        with Impact() as impact:
+            return impact(**values)
+
+
+def run_impacts(
+    outputs: Iterable[str] = METRICS, *, threads: int | None = None, **values: ArrayLike
+) -> ImpactArrays:
+    """Compute many impacts at once, by the same code as `run_impact`.
 
     Args:
-        outputs: Real or Boolean outputs.
-        values: inputs and parameters by name (SI units), numbers or arrays that broadcast to one
-            shape; defaults for the others.
+        outputs: the Real or Boolean outputs to read; no others are computed.
+        threads: the most processors to use; by default the environment variable
+            GOLF_IMPACT_THREADS, or all. Results have the same bits for any number.
+        values: inputs and parameters by name, in SI units or as text with a unit, single ones or
+            arrays that broadcast to one shape; start values for the others.
 
     Returns:
         The outputs by name (SI units): arrays of that shape, of floats, or of bools for Booleans.
@@ -105,15 +117,37 @@ def run_impacts(outputs: Iterable[str] = METRICS, **values: ArrayLike) -> Impact
         >>> impacts.reason
         'b = -9.0 N.s/m is refused: it must be a finite number >= 0'
     """
-    outputs, (columns, shape) = known_names(outputs), _columns(values)
-    results = ImpactArrays(outputs, prod(shape))
-    if not MOMENTARY.intersection(outputs):
-        for places, contacts in closed_contacts(columns, prod(shape)):
-            results.closed[places] = contacts.closed
-            for name, column in results.items():
-                column[places] = getattr(contacts, name)
-    results.run(ScalarImpacts(), np.flatnonzero(~results.closed), columns)
-    return results.reshaped(shape)
+    outputs, (columns, shape) = known_names(outputs), columns_of(values)
+    found, ends = engine.run_rows(outputs, columns, prod(shape), threads)
+    for end in (engine.NOT_TOUCHED, engine.TOUCHED):
+        undefined, places = _undefined(end), ends == end
+        if any(name in undefined for name in outputs) and places.any():
+            for name, column in zip(outputs, found):
+                column[places] = np.nan if name in undefined else column[places]
+    refused = ends == engine.REFUSED
+    results = {
+        name: ((column == 1.0) if name in FLAGS else column).reshape(shape)
+        for name, column in zip(outputs, found)
+    }
+    reason = reason_of(columns, int(refused.argmax())) if refused.any() else ""
+    return ImpactArrays(results, refused.reshape(shape), reason)
+
+
+def reason_of(columns: Mapping[str, Any], case: int) -> str:
+    """Why a case of these columns is refused."""
+    values = {
+        name: float(value[case] if np.ndim(value) else value) for name, value in columns.items()
+    }
+    try:
+        engine.check_impact(values)
+    except UserError as error:
+        return str(error)
+    return ""
+
+
+def _undefined(end: int) -> Mapping[str, float]:
+    """The outputs without a value where a row ends so."""
+    return undefined_results(end >= engine.TOUCHED, end in (engine.SEPARATED, engine.REFUSED))
 
 
 def run_trajectory(
@@ -121,7 +155,7 @@ def run_trajectory(
     outputs: Iterable[str] = PATH,
     *,
     times: ArrayLike | None = None,
-    **values: float,
+    **values: float | str,
 ) -> dict[str, np.ndarray]:
     """Sample an impact over the contact and a tenth of it before and after, or at given instants.
 
@@ -129,7 +163,7 @@ def run_trajectory(
         points: number of samples, at least 2, unless times are given.
         outputs: the Real outputs to record.
         times: instants since the start of the run, s, at least 0, of any shape and in any order.
-        values: inputs and parameters by name (SI units); defaults for the others.
+        values: inputs and parameters by name, as of `run_impact`.
 
     Returns:
         `time` (s) and the outputs (SI units) by name, arrays of shape (points,) or that of `times`.
@@ -142,63 +176,60 @@ def run_trajectory(
         >>> run_trajectory(outputs=["force"], times=[1e-4, 3e-4], law=2)["force"].round()
         array([3575., 6556.])
     """
-    outputs, values = known_names(outputs), _numbers(values)
+    outputs, numbers = known_names(outputs, kind="Real output"), _numbers(values)
+    if times is None:
+        if not isinstance(points, Integral) or points < 2:
+            why = "it must be a whole number of at least 2"
+            raise UserError(f"points = {points!r} is refused: {why}", "points", points, why)
+        touch, contact = run_impact(("touch_time", "contact_time"), **numbers).values()
+        instants = rising = instants_of(numbers, touch, contact, int(points))
+    else:
+        instants = np.asarray(_array("times", times))
+        accepted = (instants >= 0.0) & (instants <= _LATEST)
+        if not accepted.all():
+            given = instants[~accepted][0].item()
+            why = f"each must be a number of 0 to {_LATEST:g} s"
+            raise UserError(f"times with {given!r} are refused: {why}", "times", given, why)
+        if "mean_force" in outputs:
+            why = "it is that of a communication step; use points"
+            raise UserError(f"mean_force is refused with times: {why}", "mean_force", reason=why)
+        rising, places = np.unique(instants, return_inverse=True)
+    samples = engine.run_instants(outputs, numbers, rising)
     if times is not None:
-        return _samples(outputs, times, values)
-    if not isinstance(points, Integral) or points < 2:
-        why = "it must be a whole number of at least 2"
-        raise UserError(f"points = {points!r} is refused: {why}", "points", points, why)
-    return ScalarImpacts().trajectory(int(points), outputs, **values)
-
-
-def _samples(
-    outputs: Sequence[str], times: ArrayLike, values: Mapping[str, float]
-) -> dict[str, np.ndarray]:
-    """See `run_trajectory` with times."""
-    instants = np.asarray(_array("times", times))
-    accepted = (instants >= 0.0) & (instants <= _LONGEST)
-    if not accepted.all():
-        given, why = instants[~accepted][0].item(), f"each must be a number of 0 to {_LONGEST:g} s"
-        raise UserError(f"times with {given!r} are refused: {why}", "times", given, why)
-    if "mean_force" in outputs:
-        why = "it is that of a communication step; use points"
-        raise UserError(f"mean_force is refused with times: {why}", "mean_force", reason=why)
-    runs = ScalarImpacts()
-    runs.start(**values)
-    rising, places = np.unique(np.append(0.0, instants), return_inverse=True)
-    samples = runs.sample(rising, outputs)
-    places = places[1:].reshape(instants.shape)
-    return Named({"time": instants, **{name: row[places] for name, row in samples.items()}})
+        samples = samples[:, places.ravel()].reshape(-1, *instants.shape)
+    return Named({"time": instants, **dict(zip(outputs, samples))})
 
 
 def known_names(names: Iterable[str], kind: str = "output") -> tuple[str, ...]:
-    """The names, of several variables or a single one.
+    """The names, of several variables or a single one, each once.
 
-    UserError: one of them is none of an output, or of an "input or parameter".
+    UserError: one of them is none of an "output", a "Real output" or an "input or parameter".
     """
     names = tuple(names) if isinstance(names, Iterable) and not isinstance(names, str) else (names,)
-    known = _OUTPUTS if kind == "output" else tuple(DEFAULTS)
+    known = {"output": _OUTPUTS, "Real output": _REALS}.get(kind, tuple(START))
     for name in names:
         if name not in known:
             raise unknown_name(kind, name, known)
-    return names
+    return tuple(dict.fromkeys(names))
 
 
-def _array(name: str, value: Any) -> np.ndarray:
-    """A value as an array of floats; UserError if it isn't numeric."""
+def _array(name: str, value: Any) -> Any:
+    """A value as an array of floats (SI units); UserError if it isn't numeric."""
     try:
         # What is masked is missing: NaN, which is rejected.
         array: Any = np.ma.asarray(value)
-        # Objects may be numbers, too: large integers, or those of `decimal`.
-        if array.dtype.kind == "O":
-            array = array.astype(float)
+        # Text, or objects that may be numbers: large integers, or those of `decimal`.
+        if array.dtype.kind in "OU":
+            return np.vectorize(lambda one: number(name, one), otypes=[float])(
+                np.asarray(value, object)
+            )
         return np.asarray(np.ma.filled(array.astype(float, casting="same_kind"), np.nan))
     except (TypeError, ValueError, OverflowError):
         why = "it must be a number or an array of them"
         raise UserError(f"{name} is refused: {why}", name, value, why) from None
 
 
-def _columns(values: Mapping[str, Any]) -> tuple[dict[str, Any], tuple[int, ...]]:
+def columns_of(values: Mapping[str, Any]) -> tuple[dict[str, Any], tuple[int, ...]]:
     """Values as numbers and arrays of shape (cases,), and the shape to which they broadcast."""
     known_names(values, "input or parameter")
     arrays = {name: _array(name, value) for name, value in values.items()}
@@ -208,107 +239,12 @@ def _columns(values: Mapping[str, Any]) -> tuple[dict[str, Any], tuple[int, ...]
         shapes = ", ".join(f"{name} {array.shape}" for name, array in arrays.items() if array.ndim)
         raise UserError(f"these shapes don't broadcast to one: {shapes}") from None
     return {
-        name: np.float64(array.item()) if array.size == 1 else np.broadcast_to(array, shape).ravel()
+        name: array.item() if array.size == 1 else np.broadcast_to(array, shape).ravel()
         for name, array in arrays.items()
     }, shape
 
 
-def _numbers(values: Mapping[str, Any]) -> dict[str, float]:
-    """The values if each is a single number of an input or parameter; otherwise a UserError."""
+def _numbers(values: Mapping[str, Any]) -> dict[str, Any]:
+    """The values (SI units) if each is a single one of an input or parameter; else a UserError."""
     known_names(values, "input or parameter")
     return {name: number(name, value) for name, value in values.items()}
-
-
-class Sensitivities(Named[dict[str, np.ndarray]]):
-    """Derivatives by output and variable, arrays of the shape of the cases."""
-
-    refused: np.ndarray  #: whether the physics rejects a case, bool
-    reason: str = ""  #: why a derivative is NaN in the first case with one, in C order
-
-
-def sensitivities(
-    outputs: Iterable[str] = METRICS,
-    wrt: Iterable[str] = ("k", "b", "club_speed"),
-    **values: ArrayLike,
-) -> Sensitivities:
-    """Partial derivatives of an impact's results, exact to rounding.
-
-    By a complex step (Squire & Trapp, SIAM Rev. 40, 110-112, 1998).
-
-    Args:
-        outputs: Real outputs that are results of a contact; not force, compression, mean_force and
-            positions, which go on changing after it.
-        wrt: inputs and parameters, other than law and club_force.
-        values: inputs and parameters by name (SI units), numbers or arrays that broadcast to one
-            shape; defaults for the others.
-
-    Returns:
-        By output and variable the derivative, an array of that shape, in the output's unit over the
-        variable's (SI). NaN where there is none: a case is rejected, or the bodies don't touch; the
-        contact isn't in closed form (COR below 0.14, with an exponent below 0.22; under law 1 ζ
-        above 0.5, or less where drag moves both bodies; a club_force); over exponent or
-        restitution_at_rest where that is at its start value; a contact time with an exponent over a
-        damping of 0. Attributes: `refused`, an array of bools of that shape, marks the rejected
-        cases; `reason` is why the first case with a NaN (in C order) has it, or empty.
-
-    Raises:
-        UserError: there is no variable of a name, or it has no derivatives; a value isn't numeric,
-            or shapes don't broadcast.
-
-    Example:
-        >>> slopes = sensitivities(["ball_velocity"], wrt=["club_speed", "m_club"], law=2)
-        >>> {name: round(slope.item(), 4) for name, slope in slopes["ball_velocity"].items()}
-        {'club_speed': 1.5842, 'm_club': 48.1936}
-    """
-    outputs, wrt = known_names(outputs), known_names(wrt, "input or parameter")
-    for name in (*outputs, *wrt):
-        if name in (*FLAGS, *MOMENTARY, "law", "club_force"):
-            why = (
-                "sensitivities are those of a contact's results, not of flags or of values that "
-                "change after it, over numbers other than law and club_force"
-            )
-            raise UserError(f"{name} is refused: {why}", name, reason=why)
-    found, (columns, shape) = run_impacts(("touched",), **values), _columns(values)
-    slopes = {name: {of: np.full(shape, np.nan) for of in wrt} for name in outputs}
-    for places, contacts in closed_contacts(columns, prod(shape)):
-        for of in wrt:
-            for name, slope in _slopes(contacts, outputs, of).items():
-                slopes[name][of].flat[places] = np.where(contacts.closed, slope, np.nan)
-    results = Sensitivities(slopes)
-    results.refused = found.refused
-    missing = {
-        (n, of): np.isnan(slope).ravel() for n, row in slopes.items() for of, slope in row.items()
-    }
-    if np.any([*missing.values()]):
-        first = int(np.argmax(np.any([*missing.values()], axis=0)))
-        name, of = next(pair for pair, nan in missing.items() if nan[first])
-        if found.refused.flat[first]:
-            results.reason = found.reason
-        elif not found["touched"].flat[first]:
-            results.reason = "the bodies don't touch"
-        elif not found.closed.flat[first]:
-            results.reason = _NOT_CLOSED
-        else:
-            results.reason = f"{name} has no finite slope over {of} there"
-    return results
-
-
-def _slopes(contacts: Contacts, outputs: Sequence[str], of: str) -> dict[str, Values]:
-    """Derivatives by one variable; NaN where there is none."""
-    values = {name: getattr(contacts, name) for name in DEFAULTS}
-    size = np.abs(values[of])
-    step = _STEP * np.where(size < _TINY, 1.0, size)[()]
-    stepped = Contacts(contacts.formulas, values | {of: values[of] + 1j * step})
-    power_law = contacts.formulas is POWER_LAW
-    none: Any = of == "exponent" and not power_law
-    if of == "restitution_at_rest":
-        none = contacts.restitution_at_rest == 0.0
-    slopes = {}
-    for name in outputs:
-        no_slope = none
-        if power_law and name in ("contact_time", "contact_displacement"):
-            # Time passes as a power of x: without damping its slope over the damping is infinite.
-            no_slope = no_slope | ((contacts.zeta == 0.0) & (np.imag(stepped.zeta) != 0.0))
-        slope = np.imag(getattr(stepped, name)) / step
-        slopes[name] = np.where(no_slope | ~np.isfinite(slope), np.nan, slope)
-    return slopes

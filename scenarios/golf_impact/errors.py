@@ -25,6 +25,10 @@ class MissingFileError(UserError):
     """A scenario needs a further FMU or system that isn't there."""
 
 
+class MissingEngineError(UserError):
+    """wasmtime, which `golf_impact.engine` needs, can't be used here."""
+
+
 def first_line(error: BaseException | str) -> str:
     return (str(error).strip() or type(error).__name__).splitlines()[0]
 

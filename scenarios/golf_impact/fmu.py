@@ -1,6 +1,7 @@
 """The FMU: built if it is out of date, and ClubBallImpact.fmu driven by fmpy."""
 
 import errno
+import math
 import os
 import shutil
 import signal
@@ -11,10 +12,12 @@ import weakref
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NoReturn, TypeVar
 
 import fmpy
+import numpy as np
 
 # Imported before an FMU imports its own copy, which lacks the binaries to build another FMU with.
 import pythonfmu.builder  # noqa: F401
@@ -26,7 +29,9 @@ from golf_build import archive, native, packaging, system
 from golf_build.fmi2 import BUILDER as FMI2
 from golf_impact.doctor import check_fmu, check_temporary_folder
 from golf_impact.errors import MissingFileError, UserError, first_line, unknown_name
-from golf_impact.runs import METRICS, ImpactRuns, Named, number
+from golf_impact.quantities import undefined_results
+from golf_impact.runs import FLAGS, METRICS, PATH, ImpactArrays, Named, horizon, instants_of
+from golf_impact.units import number
 
 Entered = TypeVar("Entered", bound="Fmu")
 
@@ -258,7 +263,7 @@ class Fmu:
         for name in output:
             if name not in self.references:
                 raise unknown_name("output", name, self._outputs)
-        self._check_values(options.get("start_values", {}))
+        options["start_values"] = self._numbers(options.get("start_values", {}))
         self.instance.setFMUstate(self._initial)
         with self._refusals():
             return fmpy.simulate_fmu(
@@ -271,13 +276,14 @@ class Fmu:
                 **options,
             )
 
-    def default(self, name: str) -> float:
-        """The start value of an input or parameter."""
-        return float(self.variables[name].start)
+    def start(self, **values: float | str) -> None:
+        """Begin a run with these inputs and parameters.
 
-    def start(self, **values: float) -> None:
-        """Begin a run with these inputs and parameters (SI units; defaults for the others)."""
-        self._check_values(values)
+        SI units, or text with a unit; start values for the others.
+        """
+        self._start(self._numbers(values))
+
+    def _start(self, values: Mapping[str, float]) -> None:
         self.instance.setFMUstate(self._initial)
         self.instance.setupExperiment()
         self.instance.enterInitializationMode()
@@ -306,17 +312,20 @@ class Fmu:
         """Value of a Boolean output at this communication point."""
         return bool(self.instance.getBoolean([self.references[name]])[0])
 
-    def _check_values(self, values: Mapping[str, float]) -> None:
-        for name, value in values.items():
+    def _numbers(self, values: Mapping[str, Any]) -> dict[str, float]:
+        """The values of inputs and parameters in SI units; a UserError if one isn't any."""
+        numbers = {}
+        for name, given in values.items():
             variable = self.variables.get(name)
             if variable is None or variable.causality == "output":
                 known = [n for n, v in self.variables.items() if v.causality != "output"]
                 raise unknown_name("input or parameter", name, known)
-            number(name, value)
+            value = numbers[name] = number(name, given)
             if variable.type == "Integer" and not (value == value // 1 and abs(value) < 2**31):
                 # fmpy would cut it.
                 reason = "it must be a whole number"
                 raise UserError(f"{name} = {value!r} is refused: {reason}", name, value, reason)
+        return numbers
 
     def _log(self, host: Any, instance: Any, status: int, category: Any, text: bytes) -> None:
         self._messages.append(text.decode("utf-8", "replace"))
@@ -337,7 +346,7 @@ class Fmu:
             raise UserError(sentence, variable, value, sentence.partition(": ")[2])
 
 
-class Impact(ImpactRuns, Fmu):
+class Impact(Fmu):
     """ClubBallImpact.fmu, extracted and instantiated once for any number of impacts.
 
     A context manager; attributes and `simulate` are those of `Fmu`. Called with outputs and values,
@@ -362,9 +371,65 @@ class Impact(ImpactRuns, Fmu):
         self._built = path is None
         super().__init__(current_fmu() if path is None else check_fmu(Path(path)))
 
-    def __call__(self, outputs: Sequence[str] = METRICS, **values: float) -> Named[float]:
-        """Compute an impact in one communication step; see `golf_impact.run_impact`."""
-        return self.impact(outputs, **values)
+    def __call__(self, outputs: Sequence[str] = METRICS, **values: float | str) -> Named[float]:
+        """Compute an impact in one communication step; see `golf_impact.run_impact`.
+
+        Results have no value if the bodies don't touch or separate within the step.
+        """
+        numbers = self._numbers(values)
+        self._start(numbers)
+        self.step(0.0, horizon(numbers))
+        if numbers.get("club_force") and self.read_flag("separated"):
+            # To separation: the head would go on accelerating, for seconds after 0.6 ms.
+            end = sum(self.read(("touch_time", "contact_time")).values())
+            self._start(numbers)
+            self.step(0.0, end * (1.0 + 2.0**-51))
+        results = self.read(outputs)
+        undefined = undefined_results(self.read_flag("touched"), self.read_flag("separated"))
+        results.update((name, undefined[name]) for name in undefined.keys() & results.keys())
+        return results
+
+    def trajectory(
+        self, points: int = 301, names: Sequence[str] = PATH, **values: float | str
+    ) -> Named[np.ndarray]:
+        """Sample an impact; see `golf_impact.run_trajectory`, whose outputs are `names`."""
+        numbers = self._numbers(values)
+        touch, contact = self(("touch_time", "contact_time"), **numbers).values()
+        times = instants_of(numbers, touch, contact, points)
+        self._start(numbers)
+        if times[0]:
+            self.step(0.0, times[0])
+        return Named({"time": times, **self.sample(times, names)})
+
+    def sample(self, times: np.ndarray, names: Sequence[str]) -> dict[str, np.ndarray]:
+        """Record Real outputs (SI units) by name at these times (s), the first of which is now."""
+        rows = [list(self.read(names).values())]
+        for before, time in pairwise(times):
+            self.step(before, time - before)
+            rows.append(list(self.read(names).values()))
+        return dict(zip(names, np.array(rows).T.copy(), strict=True))
+
+    def many(self, outputs: Sequence[str], **columns: np.ndarray) -> ImpactArrays:
+        """Compute impacts one after another; see `golf_impact.run_impacts`.
+
+        Args:
+            outputs: Real or Boolean outputs.
+            columns: inputs and parameters by name (SI units): arrays of one shape (cases,).
+        """
+        reals = [name for name in outputs if name not in FLAGS]
+        nothing = {name: False if name in FLAGS else math.nan for name in outputs}
+        rows, refused, reason = [], [], ""
+        for row in zip(*(column.tolist() for column in columns.values())):
+            try:
+                found = nothing | self(reals, **dict(zip(columns, row)))
+                rows.append({n: x if n in reals else self.read_flag(n) for n, x in found.items()})
+                refused.append(False)
+            except UserError as error:
+                rows.append(nothing)
+                refused.append(True)
+                reason = reason or str(error)
+        table = {name: np.array([row[name] for row in rows]) for name in outputs}
+        return ImpactArrays(table, np.array(refused), reason)
 
     def companion(self, file: str) -> Path:
         """Launch.fmu or GolfSwing.ssp: of the current sources, or that beside the given `path`.

@@ -8,16 +8,19 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from golf_build import VERSION
 from golf_impact.errors import missing_package
 from golf_impact.files import opened
-from golf_impact.runs import FLAGS, ImpactRuns
+from golf_impact.runs import FLAGS
 from golf_impact.sweeps import Design
 from golf_impact.units import unit_of
+
+if TYPE_CHECKING:
+    from golf_impact.fmu import Impact
 
 #: Cases at a time: a bound of the memory.
 BLOCK = 100_000
@@ -37,7 +40,7 @@ def write_table(
     path: Path,
     design: Design,
     cases: range,
-    impact: ImpactRuns | None = None,
+    impact: Impact | None = None,
     progress: Callable[[int], object] = lambda done: None,
 ) -> Summary:
     """Compute cases and write a row for each: the swept variables, then the outputs.

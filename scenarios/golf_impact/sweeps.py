@@ -7,18 +7,20 @@ from collections.abc import Iterable, Mapping
 from functools import cached_property
 from itertools import chain
 from math import prod
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from golf_build import VERSION
 from golf_impact.api import known_names, run_impacts
-from golf_impact.arrays.impacts import DEFAULTS
 from golf_impact.ball import ball, conditions_of
 from golf_impact.errors import UserError, missing_package
-from golf_impact.quantities import LAWS_IN_WORDS
-from golf_impact.runs import ImpactArrays, ImpactRuns
+from golf_impact.quantities import LAWS_IN_WORDS, START
+from golf_impact.runs import ImpactArrays
 from golf_impact.units import si_values, unit_of
+
+if TYPE_CHECKING:
+    from golf_impact.fmu import Impact
 
 #: Default outputs: those known at the end of contact.
 OUTPUTS = (
@@ -180,22 +182,21 @@ class Design:
         columns |= {name: values[sample] for name, values in self._samples.items()}
         return {name: columns[name] for name in self.axes}
 
-    def run(self, columns: Mapping[str, Any], impact: ImpactRuns | None = None) -> ImpactArrays:
+    def run(self, columns: Mapping[str, Any], impact: Impact | None = None) -> ImpactArrays:
         """Outputs in the cases of these columns, through an FMU if one is given."""
         values = {name: column for name, column in columns.items() if name != "ball"}
         if "ball" in columns:
             balls = {name: ball(name) for name in self.grid["ball"]}
             index = np.array([[*balls].index(name) for name in columns["ball"]])
             for name in {*chain(*(one.values for one in balls.values()))} - values.keys():
-                table = [one.values.get(name, DEFAULTS[name]) for one in balls.values()]
+                table = [one.values.get(name, START[name]) for one in balls.values()]
                 values[name] = np.array(table)[index]
             values |= conditions_of(balls.values(), self.axes)
         if impact is None:
             return run_impacts(self.outputs, **values)
         number = len(next(iter(columns.values())))
-        found = ImpactArrays(self.outputs, number)
-        found.run(impact, np.arange(number), values)
-        return found
+        whole = {name: np.broadcast_to(value, number) for name, value in values.items()}
+        return impact.many(self.outputs, **whole)
 
 
 def _shares(method: str, dimensions: int, generator: Any, number: int) -> Any:
@@ -250,7 +251,7 @@ def sweep(
     return table
 
 
-def sobol_indices(design: Design, impact: ImpactRuns | None = None) -> dict[str, Any]:
+def sobol_indices(design: Design, impact: Impact | None = None) -> dict[str, Any]:
     """First-order and total Sobol indices of all outputs, with 95 % intervals (bootstrap).
 
     The shares of an output's variance that a variable explains alone (Saltelli et al., Comput.

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from golf_build import BY_NAME, UNITS
+from golf_impact.errors import UserError
 
 _NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S.*)")
 
@@ -62,6 +63,21 @@ def si_value(text: str, unit: str) -> float:
         raise ValueError(f"{symbol!r} isn't a unit it may have: {known}")
     # 15 digits: 45.93 g are 0.04593 kg to the last digit.
     return float(number) if size == 1.0 else float(f"{float(number) * size:.15g}")
+
+
+def number(name: str, value: Any) -> float:
+    """The value of an input or parameter in SI units, from a number or text; else a UserError."""
+    try:
+        if isinstance(value, str):
+            return si_value(value, unit_of(name))
+        if isinstance(value, bytes) or getattr(value, "ndim", None):
+            raise TypeError
+        return float(value)
+    except (TypeError, ValueError, OverflowError) as error:
+        why = "it must be a number in SI units, or text with a unit"
+        if isinstance(value, str):
+            why = str(error)
+        raise UserError(f"{name} = {value!r} is refused: {why}", name, value, why) from None
 
 
 def si_values(texts: Iterable[str], unit: str) -> list[float]:

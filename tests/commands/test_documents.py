@@ -201,7 +201,7 @@ def test_contracts():
 
 def test_scenarios_import_no_machinery():
     """What a user of the package may import as well, and of fmpy what its examples use."""
-    machinery = {"commands", "scripts", "files", "runs", "results", "arrays", "peers"}
+    machinery = {"commands", "scripts", "files", "runs", "results", "engine", "peers"}
     for name in SCENARIOS:
         tree = ast.parse((FOLDER / f"{name}.py").read_text("utf-8"))
         modules = [n.module for n in ast.walk(tree) if isinstance(n, ast.ImportFrom)]

@@ -129,8 +129,7 @@ def test_numbers_are_those_of_single_impacts(fmu_path, tmp_path, monkeypatch, se
             assert {*cells} == {""}
             continue
         found = [float("nan" if cell == "" else cell) for cell in cells[:-1]]
-        same = {"rel": 0.0 if through_fmu else 1e-13, "abs": 0.0, "nan_ok": True}
-        assert found == pytest.approx([*expected.values()], **same)
+        assert found == pytest.approx([*expected.values()], rel=1e-13, abs=0.0, nan_ok=True)
         assert int(cells[-1]) == (not math.isnan(expected["contact_time"]))
     assert len(rows) == math.prod(len(parse_axis(*one)) for one in sets.items())
     assert (f"Refused: {len(refusals)} of them; {refusals[0]}" if refusals else "") in done.stdout

@@ -115,23 +115,25 @@ def test_bits(fmu_way, expected, block):
 _RUN = """
 import json, sys
 sys.path.insert(0, sys.argv[1])
-from golf_physics.instance import Instance
-from golf_physics.variables import VARIABLES
+from golf_physics.component.component import Component
+from golf_physics.variables import BY_NAME, VARIABLES
 
-reals = [row.name for row in VARIABLES if (row.causality, row.type) == ("output", "Real")]
-instance, found = Instance(), []
+reals = [row.reference for row in VARIABLES if (row.causality, row.type) == ("output", "Real")]
+found = []
 for values, changes in json.loads(sys.argv[2]):
-    instance.start(**values)
+    component = Component(lambda refusal: found.append(str(refusal)))
+    component.enter_initialization()
+    for name, value in values.items():
+        row = BY_NAME[name]
+        component.set_values([row.reference], [value], row.type)
+    component.exit_initialization()
     time = 0.0
     for size, k in changes:
-        instance._component.set_values([0], [k])
-        try:
-            instance.step(time, size)
-        except ValueError as refusal:
-            found.append(str(refusal))
+        component.set_values([0], [k])
+        if not component.step(time, size):
             break
         time += size
-        found += [value.hex() for value in instance.read(reals).values()]
+        found += [value.hex() for value in component.reals(reals)[: len(reals)]]
 print(json.dumps([sys.version_info[:2], found]))
 """
 

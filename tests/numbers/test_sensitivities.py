@@ -1,6 +1,6 @@
 """Partial derivatives against those of the references, which are differences with 80 digits.
 
-Tolerance: 1e-13, of a derivative or of output/variable if that is larger. Worst measured: 4e-14.
+Tolerance: 1e-8 of output/variable, or of the derivative if that is larger; WORST measured.
 """
 
 import mpmath
@@ -10,9 +10,8 @@ from compare import assert_within
 from quadrature import PowerLawContact
 
 import golf_impact
-from golf_impact.arrays.contacts import newton
-from golf_impact.arrays.impacts import DEFAULTS
 from golf_impact.ball import BALLS
+from golf_impact.quantities import START as DEFAULTS
 from golf_impact.reference import Reference
 
 OUTPUTS = (
@@ -55,7 +54,7 @@ def check(outputs, values, variable, step):
     for name, (slope, output) in exact_slopes(outputs, values, variable, step).items():
         scale = max(abs(slope), abs(output / (value or 1.0))) or 1.0
         error = float(abs(got[name][variable].item() - slope) / scale)
-        assert_within(error, name=f"∂ {name} / ∂ {variable}", values=values)
+        assert_within(error, 1e-8, name=f"∂ {name} / ∂ {variable}", values=values)
 
 
 @pytest.mark.parametrize(
@@ -64,6 +63,10 @@ def check(outputs, values, variable, step):
         {"law": 1, "ball_speed": -3.0, "gap": 1e-3, "b": 40.0},
         {"law": 1, "b": 0.0},
         {"law": 1, "b": 160.0},
+        {"law": 1, "b": 170.0},
+        {"law": 1, "b": 400.0},
+        {"law": 2, "b": 194.1},
+        {"law": 2, "b": 600.0},
         {"law": 1, "m_club": 0.05, "m_ball": 0.05},
         {"law": 2, "b": 100.0, "gap": 0.01, "ball_speed": 2.0},
         {"law": 2, "b": 200.0},
@@ -120,9 +123,8 @@ def test_cases_without_sensitivities():
 #: Output, variable, values of two cases, and which of them has no derivative, why.
 WITHOUT = [
     ("impulse", "k", {"club_speed": [35.0, -1.0]}, 1, "the bodies don't touch"),
-    ("impulse", "k", {"law": 2, "b": [9.0, 500.0]}, 1, "closed form"),
-    ("impulse", "k", {"club_force": [0.0, 100.0]}, 1, "closed form"),
-    ("impulse", "exponent", {"law": 2, "exponent": [1.0, 1.5]}, 0, "slope over exponent"),
+    ("impulse", "exponent", {"law": [1, 2]}, 0, "exponent = "),
+    ("smash_factor", "k", {"b": [9.0, 2000.0]}, 1, "smash_factor doesn't exist"),
     ("impulse", LINE[0], {"law": 2, LINE[0]: [0.8, 0.0]}, 1, "slope over restitution"),
     ("contact_time", "b", {**BALL, "b": [9.0, 0.0]}, 1, "contact_time has no finite slope over b"),
 ]
@@ -148,17 +150,32 @@ def test_names_that_are_refused(output, variable, name):
         golf_impact.sensitivities(output, variable)
 
 
-def test_newtons_method_gives_a_slope_all_digits():
-    """Also if its last step was hardly below 1e-9: that of a root over what it is the root of."""
-    root = newton(lambda x: (x * x - (2.0 + 1e-30j), 2.0 * x), 2.0**0.5 * (1.0 + 5e-10))
-    assert root.imag * 1e30 == pytest.approx(0.5 / 2.0**0.5, rel=1e-15)
+#: Values at a limit, an output, a variable, and the slope on the side that is allowed.
+LIMITS = [
+    ({"law": 2, LINE[0]: 1.0}, "ball_velocity", LINE[0], 35.0 * 0.21 / 0.25593),
+    ({"law": 2, LINE[0]: 1.0}, "coefficient_of_restitution", LINE[0], 1.0),
+    ({"law": 2, LINE[0]: 0.1, LINE[1]: 0.1 / 35.0 * (1.0 - 1e-9)}, "coefficient_of_restitution",
+     "club_speed", -0.1 / 35.0),
+    ({"law": 2, LINE[0]: 0.8}, "coefficient_of_restitution", LINE[1], -35.0),
+    ({"law": 2, "exponent": 12.0, LINE[0]: 0.8}, "coefficient_of_restitution", "exponent", 0.0),
+    ({"law": 2, "exponent": 1.0, LINE[0]: 0.8}, "impulse", "exponent", 0.0),
+    ({"law": 2, "gap": 0.0}, "touch_time", "gap", 1.0 / 35.0),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("values", "output", "variable", "slope"), LIMITS)
+def test_one_sided_at_a_limit(values, output, variable, slope):
+    got = golf_impact.sensitivities(output, variable, **values)[output][variable]
+    size = golf_impact.run_impact([output], **values)[output]
+    scale = max(abs(slope), abs(size / (values.get(variable) or 1.0)))
+    assert_within(abs(got - slope) / scale, 1e-8, name=f"∂ {output} / ∂ {variable}", values=values)
 
 
 def test_the_damping_from_which_the_force_falls_from_touch_on():
     """There, at ζ = 1/2, the largest force b v has its slope, as beyond."""
     values = {"law": 2, "m_club": 2.0, "m_ball": 2.0, "k": 4.0, "b": [2.0, 2.0 + 1e-9]}
     slopes = golf_impact.sensitivities(["max_force"], ["b"], **values, club_speed=1.0)
-    assert slopes["max_force"]["b"] == pytest.approx([1.0, 1.0], abs=1e-9)
+    assert slopes["max_force"]["b"] == pytest.approx([1.0, 1.0], abs=1e-8)
 
 
 def test_an_elastic_power_law_has_slopes_over_what_leaves_it_elastic():

@@ -13,7 +13,6 @@ from numpy.polynomial import polynomial
 from scipy.interpolate import CubicSpline
 
 from golf_impact.api import run_impact, run_trajectory
-from golf_impact.arrays.impacts import closed_contact
 from golf_impact.errors import UserError
 from golf_impact.intervals import RANGES
 from golf_impact.units import SYMBOLS
@@ -46,8 +45,8 @@ UNITS = {"touch": 1e-6, "offset": 1.0, "drift": 1e3}
 BASELINES, _OUTSIDE = ("zero", "constant", "linear"), 10
 
 #: Rows in contact above which the force is a cubic spline between so many instants, denser towards
-#: touch; instants where the contact isn't in closed form, so that each of them takes longer.
-_INSTANTS, _SCALAR_INSTANTS = 1000, 300
+#: touch.
+_INSTANTS = 1000
 
 #: Values by name: those of the law, of an impact, and of curves.
 Values = Mapping[str, Any]
@@ -73,7 +72,7 @@ def reduced_mass(impact: Mapping[str, float]) -> float:
 
 
 def compute_scalars(names: Sequence[str], values: Values) -> dict[str, float]:
-    """Scalars of these names, by the physics of the FMU to the last bit."""
+    """Scalars of these names, by the engine."""
     found = run_impact([TARGETS[name] for name in names], **values)
     if any(map(math.isnan, found.values())):
         raise UserError("the bodies don't separate")
@@ -187,19 +186,13 @@ class Curve(Series):
 
 def _forces(times: np.ndarray, impact: Values) -> np.ndarray:
     """Contact force at times since first touch."""
-    force, contact = np.zeros(times.shape), closed_contact(impact)
-    if contact:
-        most, end = _INSTANTS, contact.contact_time
-    else:
-        most, end = _SCALAR_INSTANTS, compute_scalars(["contact_time"], impact)["contact_time"]
+    force = np.zeros(times.shape)
+    end = compute_scalars(["contact_time"], impact)["contact_time"]
     inside = (times > 0.0) & (times < end)
     rows = instants = times[inside]
-    if len(rows) > most:
-        instants = end * np.linspace(1e-3, 1.0 - 1e-9, most) ** 2
-    if contact:
-        sampled = contact.forces(instants)
-    else:
-        sampled = run_trajectory(0, ["force"], times=instants, **impact)["force"]
+    if len(rows) > _INSTANTS:
+        instants = end * np.linspace(1e-3, 1.0 - 1e-9, _INSTANTS) ** 2
+    sampled = run_trajectory(0, ["force"], times=instants, **impact)["force"]
     if rows is not instants:
         sampled = CubicSpline(np.sqrt(instants), sampled)(np.sqrt(rows))
     force[inside] = sampled

@@ -31,7 +31,7 @@ def explore(
 
     The page is one file that needs no server and no network.
     """
-    import golf_impact
+    from golf_impact.api import run_impact_anywhere
     from golf_impact.ball import BALLS
     from golf_impact.explore.page import write_page
 
@@ -40,7 +40,7 @@ def explore(
     values, chosen = case_of(set_ or [], [ball] if ball else ())
     values = {**(chosen[0].values if chosen else {}), **values}
     # Refused here, rather than on the page.
-    golf_impact.run_impact(**values)
+    run_impact_anywhere(**values)
     own = next((one for one in chosen if one.name not in BALLS), None)
     # Not in a temporary folder: browsers in a sandbox can't read those.
     page = write_page(export or RESULTS / "explore.html", values, own).resolve()

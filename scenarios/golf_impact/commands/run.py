@@ -8,7 +8,7 @@ from typer import Argument, Option
 
 from golf_impact.commands.console import RESULTS, err, out, print_table, progress, say, warn
 from golf_impact.commands.options import case_of
-from golf_impact.errors import MissingFileError, UserError
+from golf_impact.errors import MissingEngineError, MissingFileError, UserError
 
 if TYPE_CHECKING:
     import numpy as np
@@ -118,7 +118,10 @@ def own_case(
         if one and one.covariance:
             from golf_impact.intervals import result_intervals
 
-            errors = derived(result_intervals(one, given, METRICS), given, error=True)
+            try:
+                errors = derived(result_intervals(one, given, METRICS), given, error=True)
+            except MissingEngineError as error:
+                warn(f"Intervals of {one.name} are left out: {error}.")
             if any(errors.values()):
                 result.words = "Intervals are 95 %, from the covariance in the ball's file."
         numbers = (

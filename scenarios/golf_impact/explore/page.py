@@ -10,9 +10,9 @@ from urllib.parse import urlencode
 
 import jinja2
 
-import golf_impact
 from golf_build import BY_NAME, NATIVE_LAWS, VERSION
 from golf_impact import document
+from golf_impact.api import run_impact_anywhere
 from golf_impact.ball import BALLS, Ball
 from golf_impact.errors import UserError
 from golf_impact.files import read_toml, write
@@ -161,7 +161,7 @@ def _example(
 def _task(cases: Mapping[str, Any], results: list[str], **row: Any) -> dict[str, Any]:
     """A task, with the address of its case and the rows of its table, answers filled in."""
     start = _DATA["opening"]["simple"]
-    found = [golf_impact.run_impact(**(start | values)) for values in cases.values()]
+    found = [run_impact_anywhere(**(start | values)) for values in cases.values()]
     rows = [
         {
             "label": (one := _UNITS[name]).label,

@@ -1,1 +1,0 @@
-"""Impacts in this process, without an FMU: one by the scalar physics, many by NumPy arrays."""
