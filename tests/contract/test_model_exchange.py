@@ -1,8 +1,10 @@
 """Model Exchange: the native FMUs of both versions, solved by hosts, beside co-simulation."""
 
+import ctypes
 import math
 
 import fmpy
+import fmus
 import numpy as np
 import pytest
 from cases import CASES, DEFAULTS, KINDS
@@ -25,6 +27,7 @@ from ways import REALS
 from golf_impact.runs import FLAGS
 
 RESULTS = (*CRITERIA, "energy_efficiency")
+SIZES_OF_RESULTS = dict(zip(RESULTS, (1.0, 1.0, 35.0, 35.0, 1.0), strict=True))
 INPUTS = ("k", "b", "club_speed", "club_force")
 UNKNOWNS = [name for name in REALS if name not in CO_SIMULATION_ONLY]
 UNKNOWNS += [*DERIVATIVES[2:], *INDICATORS]
@@ -97,8 +100,7 @@ def assert_solved(found, exact, given, tolerance):
     dragged = given.get("law", 1) == 1 and given.get("b", 9.0)
     scales = {"force": 5e3, "compression": 0.005, "momentum": 7.0, "kinetic_energy": 130.0}
     scales |= dict.fromkeys(("club_position", "ball_position", "contact_displacement"), 0.1)
-    scales |= {"club_velocity": 35.0, "ball_velocity": 35.0, "touch_time": 1e-3}
-    scales |= {"contact_time": 1e-3, "smash_factor": 1.0, "coefficient_of_restitution": 1.0}
+    scales |= {"touch_time": 1e-3, "contact_time": 1e-3} | SIZES_OF_RESULTS
     missing = {*CO_SIMULATION_ONLY, *["impulse"] * bool(dragged)}
     assert {name for name in REALS if math.isnan(found[name])} == missing
     kept = {name: exact[name] for name in found if name not in missing}
@@ -124,7 +126,7 @@ def test_by_scipy(make, stepped, name, tolerance, within):
     # One that an input causes is no root.
     caused = any(abs(start + time - separation) < 1e-15 for time, _ in changes)
     expected += [separation] * (exact["separated"] and not caused)
-    assert events == pytest.approx(expected, rel=0.0, abs=1e-6 * within + 4e-16 * abs(start))
+    assert events == pytest.approx(expected, rel=0.0, abs=1e-4 * within + 2e-15 * abs(start))
 
 
 @pytest.mark.parametrize("name", SOLVED)
@@ -147,20 +149,19 @@ def test_by_cvode(folder, stepped, name):
         input=np.array(rows, dtype=[(name, float) for name in ("time", *INPUTS)]),
         output=[*REALS, *FLAGS],
     )[-1]
-    # Rows end within a step of the end.
     assert [bool(found[flag]) for flag in FLAGS] == [exact[flag] for flag in FLAGS]
-    assert_close(found, {name: exact[name] for name in RESULTS}, {"club_velocity": 35.0}, 1e-6)
+    assert_close(found, {name: exact[name] for name in RESULTS}, SIZES_OF_RESULTS, 1e-6)
 
 
 @pytest.mark.parametrize("law", [1, 2])
 def test_by_euler_and_at_the_proposed_tolerance(folder, law):
-    """Measured: Euler 1.3e-4 at steps of 10 ns, CVODE 4e-7 at the proposed 1e-8."""
+    """Measured: Euler 1.3e-3 at steps of 0.1 µs, CVODE 4e-7 at the proposed 1e-8."""
     about = fmpy.read_model_description(folder)
     assert float(about.defaultExperiment.tolerance) == 1e-8
     options = {"fmi_type": "ModelExchange", "start_values": {"law": law, "gap": 0.0035}}
     for within, solver in (
         (1e-6, {}),
-        (5e-4, {"solver": "Euler", "output_interval": 1e-8, "step_size": 1e-8}),
+        (5e-3, {"solver": "Euler", "output_interval": 1e-7, "step_size": 1e-7}),
     ):
         rows = fmpy.simulate_fmu(folder, output=CRITERIA, **options, **solver)
         assert_close(rows[-1], EXPECTED[law], {"coefficient_of_restitution": 1.0}, within)
@@ -272,7 +273,7 @@ def equations(values, phase):
         gone["contact_displacement"] = x_b
         root = abs(force) ** (1 / n)
         return {
-            "force": force, "compression": d if d > 0 else mp.mpf(0), "club_velocity": v_c,
+            "force": force, "compression": d if contact else mp.mpf(0), "club_velocity": v_c,
             "ball_velocity": v_b, "club_position": x_c, "ball_position": x_b,
             "impulse": m_b * v_b if touched else mp.mpf(0), "momentum": m_c * v_c + m_b * v_b,
             "kinetic_energy": (m_c * v_c**2 + m_b * v_b**2) / 2,
@@ -459,28 +460,30 @@ def test_a_state_in_event_and_continuous_time_mode(make):
             assert not model.event()
             paths.append(seen(model))
     assert paths[::2] == paths[1::2]
-    assert len({*paths}) == 3
+    assert len({*paths}) == len(saved)
 
 
 def test_the_two_interfaces_are_kept_apart(make, way_of, fmi):
     """States of one are refused by the other; so are functions."""
     way, model = way_of(f"native, FMI {fmi}.0").begin(), make()
-    way.step(1e-4)
-    saved, (state, _) = model.save(), way.save(as_bytes=True)
-    before = model.states()
-    assert is_error(way.restore, (state, 0.0)) is False
-    way.begin()
-    other = Model.__new__(Model)
-    other.instance, other.fmi = way.slave, fmi
-    assert is_error(other.restore, saved)
-    assert "a state that this component didn't make is refused" in way.messages[-1]
-    assert is_error(model.restore, other.save())
-    assert model.states() == before
-    # fmpy has them in a class for each interface.
-    call = getattr(way.slave, f"_FMU{fmi}__call", None) or way.slave._call
-    with pytest.raises(FMICallException):
-        call(f"fmi{fmi}SetTime", way.slave.component, 0.0)
+    assert way.step(1e-4)
+    before = repr((model.states(), way.read()))
+    for to, messages, data in (
+        (way.slave, way.messages, model.save()),
+        (model.instance, model.messages, fmus.packed(way.slave)),
+    ):
+        assert is_error(fmus.restore_packed, to, data)
+        assert "a state that this component didn't make is refused" in messages[-1]
+    assert repr((model.states(), way.read())) == before
+    functions = way.slave.dll
+    time = getattr(functions, f"fmi{fmi}SetTime")
+    assert time(ctypes.c_void_p(way.slave.component), ctypes.c_double(0.0)) == 3
     assert "a function of Model Exchange is refused" in way.messages[-1]
+    if fmi == 2:
+        step = functions.fmi2DoStep
+        size = ctypes.c_double(1e-4)
+        assert step(ctypes.c_void_p(model.instance.component), size, size, 0) == 3
+        assert "this instance is for Model Exchange" in model.messages[-1]
 
 
 # Bad input
