@@ -81,7 +81,7 @@ def begin(slave, start=0.0, **values):
 
 def initialize(slave, start=0.0, **values):
     """From instantiation into initialization mode."""
-    if isinstance(slave, FMU2Slave):
+    if slave.real == "Real":
         slave.setupExperiment(startTime=start)
         slave.enterInitializationMode()
     else:
@@ -120,7 +120,7 @@ def step_status(slave, point, size):
 
 def call_state(slave, what, *arguments):
     """Get, set, free, serialize or deserialize a state, which FMI 2.0 and 3.0 spell in two ways."""
-    if isinstance(slave, FMU2Slave):
+    if slave.real == "Real":
         return getattr(slave, f"{what.replace('des', 'deS')}FMUstate")(*arguments)
     return getattr(slave, f"{what}FMUState")(*arguments)
 

@@ -6,7 +6,9 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
                               const fmi2CallbackFunctions *host, fmi2Boolean visible,
                               fmi2Boolean logging)
 {
-    Kind kind = type == fmi2ModelExchange ? MODEL_EXCHANGE : CO_SIMULATION;
+    Kind kind = type == fmi2CoSimulation    ? CO_SIMULATION
+                : type == fmi2ModelExchange ? MODEL_EXCHANGE
+                                            : ANOTHER;
     return new_instance(kind, name, guid, host ? host->logger : NULL,
                         host ? host->componentEnvironment : NULL);
 }

@@ -200,6 +200,7 @@ static Refusal handle_event(Component *c)
         i->phase = CONTACT;
         i->touch = (Touch){{is->time, 0.0}, now.x_ball, now.v_club};
         i->begin = i->touch.instant;
+        i->acting = acting_inputs(p, inputs, closing);
     } else if (i->phase == CONTACT) {
         ahead.force = law_force(p, i->acting.k, i->acting.b, ahead.x_club - ahead.x_ball, closing);
         if (!is_over(c, i, &ahead)) return ACCEPTED;

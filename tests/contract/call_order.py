@@ -171,7 +171,7 @@ class Session:
         self.is_native = "(native)" in description.generationTool
         self.usual = USUAL[self.name]
         self.inputs = tuple(self.usual)[: INPUTS[self.name]]
-        rows = VARIABLES + MORE_VARIABLES * self.fmi3
+        rows = VARIABLES + MORE_VARIABLES[not self.fmi3 :] * self.is_native
         if self.name in COMPANIONS:
             rows = COMPANIONS[self.name].tables["rows"]
         self.variables = {row.reference: row._replace(type=TYPES[row.type]) for row in rows}

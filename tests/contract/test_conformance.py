@@ -14,8 +14,12 @@ from command import run
 from conftest import FILES, holds_c
 from fmpy.validation import validate_fmu
 from golf_physics.variables import (
+    CO_SIMULATION_ONLY,
+    DERIVATIVES,
+    INDICATORS,
     LAWS,
     MORE_VARIABLES,
+    STATES,
     VARIABLES,
 )
 from html5 import elements
@@ -97,7 +101,7 @@ def test_the_description_is_the_table(fmu, content):
     assert (about.fmiVersion, about.modelName) == ("3.0" if fmi3 else "2.0", "ClubBallImpact")
     assert about.generationTool.startswith("golf-impact " if holds_c(fmu) else "PythonFMU")
     assert about.defaultExperiment.stopTime == "0.001"
-    table = VARIABLES + MORE_VARIABLES * fmi3
+    table = VARIABLES + MORE_VARIABLES[not fmi3 :] * holds_c(fmu)
     # libcosim and ecos omit an Enumeration of FMI 2.0; they support an Integer.
     types = {"Real": "Float64"} if fmi3 else {"Enumeration": "Integer"}
     assert [v.name for v in about.modelVariables] == [row.name for row in table]
@@ -106,6 +110,8 @@ def test_the_description_is_the_table(fmu, content):
         assert (variable.type, variable.causality) == (kind, row.causality)
         assert (variable.unit or "") == row.unit
         assert variable.description.startswith(row.description)
+        noted = "NaN in Model Exchange" in variable.description
+        assert noted == (holds_c(fmu) and row.name in CO_SIMULATION_ONLY)
         if row.type == "Real" and row.causality != "independent":
             # An order of magnitude: two digits.
             assert 0.0 < float(variable.nominal) == float(f"{row.nominal:.2g}")
@@ -125,10 +131,29 @@ def test_the_description_is_the_table(fmu, content):
         assert interface.canSerializeFMUstate
     if not fmi3:
         unknowns = {unknown.variable.name: unknown for unknown in about.initialUnknowns}
-        assert {*unknowns} == {row.name for row in VARIABLES if row.causality == "output"}
+        outputs = {row.name for row in VARIABLES if row.causality == "output"}
+        assert {*unknowns} == outputs | {*DERIVATIVES} if holds_c(fmu) else outputs
         # The club speed follows from it in a swing: OMSimulator would find an algebraic loop.
         assert unknowns["impulse"].dependencies == []
-        assert all(unknown.dependencies == [] for unknown in about.outputs)
+        # In co-simulation alone there is no direct feedthrough.
+        through = [unknown for unknown in about.outputs if unknown.dependencies]
+        assert bool(through) == holds_c(fmu)
+
+
+def test_what_model_exchange_describes(fmu, content):
+    about, fmi3 = fmpy.read_model_description(str(fmu)), "fmi3" in fmu.name
+    assert (about.modelExchange is not None) == holds_c(fmu)
+    if not holds_c(fmu):
+        return
+    # Of Model Exchange alone.
+    assert content["modelDescription.xml"].count(b"providesDirectionalDerivative") == 1
+    derivatives = [unknown.variable for unknown in about.derivatives]
+    assert tuple(v.name for v in derivatives) == DERIVATIVES
+    assert tuple(v.derivative.name for v in derivatives) == STATES
+    if fmi3:
+        assert tuple(unknown.variable.name for unknown in about.eventIndicators) == INDICATORS
+    else:
+        assert about.numberOfEventIndicators == len(INDICATORS)
 
 
 def test_what_only_fmi_3_describes(fmu):

@@ -297,7 +297,7 @@ def test_what_an_instantiation_refuses(way_of):
         (1, b"wrong", f"GUID or token = wrong is refused: this FMU has {slave.guid}"),
         (1, b"", "is refused"),
         (1, None, "GUID or token = NULL is refused"),
-        (0, guid, "this FMU has co-simulation only"),
+        (7, guid, "this interface is refused: this FMU has co-simulation and Model Exchange"),
     ):
         assert instantiate(kind, given) is None
         ((status, text),) = messages
