@@ -209,6 +209,7 @@ def check_page(file):
 def test_the_page(fmu, content):
     text = check_page(fmu)
     assert "P &minus; F" in text
+    assert ("Model Exchange" in text) == holds_c(fmu)
     folders = {name.split("/")[1] for name in content if name.startswith("binaries/")}
     assert ("macOS x86_64" in text) == bool(folders & {"darwin64", "x86_64-darwin"})
     assert ("Linux aarch64" in text) == ("aarch64-linux" in folders)
