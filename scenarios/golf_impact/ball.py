@@ -87,10 +87,14 @@ def _ball(name: str, table: dict[str, Any]) -> Ball:
     stem = Path(name).stem
     title, source = str(table.pop("title", f"of {stem}")), str(table.pop("source", stem))
     speeds, limits = tuple(table.pop("speeds", ())), str(table.pop("limits", ""))
-    if speeds and not (len(speeds) == 2 and all(map(_is_number, speeds)) and speeds[0] <= speeds[1]):
+    if speeds and not (
+        len(speeds) == 2 and all(map(_is_number, speeds)) and speeds[0] <= speeds[1]
+    ):
         raise UserError(f"{name}: speeds = {[*speeds]} is refused: it takes two, in m/s, rising")
     undetermined = table.pop("undetermined", [] if "k" in table else ["k"])
-    if not isinstance(undetermined, list) or not {*map(str, undetermined)} <= {*_UNCERTAIN} - {*table}:
+    if not isinstance(undetermined, list) or not {*map(str, undetermined)} <= {*_UNCERTAIN} - {
+        *table
+    }:
         why = f"it takes names of {', '.join(_UNCERTAIN)} that have no value in the file"
         raise UserError(f"{name}: undetermined = {undetermined!r} is refused: {why}")
     uncertainty = table.pop("uncertainty", {"parameters": [], "covariance": []})

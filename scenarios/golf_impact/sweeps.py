@@ -17,7 +17,7 @@ from golf_impact.arrays.impacts import DEFAULTS
 from golf_impact.ball import ball, conditions_of
 from golf_impact.errors import UserError, missing_package
 from golf_impact.quantities import LAWS_IN_WORDS
-from golf_impact.runs import ImpactArrays, ImpactRuns
+from golf_impact.runs import FLAGS, ImpactArrays, ImpactRuns
 from golf_impact.units import si_values, unit_of
 
 #: Default outputs: those known at the end of contact.
@@ -191,10 +191,15 @@ class Design:
                 values[name] = np.array(table)[index]
             values |= conditions_of(balls.values(), self.axes)
         if impact is None:
-            return run_impacts(self.outputs, **values)
-        number = len(next(iter(columns.values())))
-        found = ImpactArrays(self.outputs, number)
-        found.run(impact, np.arange(number), values)
+            found = run_impacts(self.outputs, **values)
+        else:
+            number = len(next(iter(columns.values())))
+            found = ImpactArrays(self.outputs, number)
+            found.run(impact, np.arange(number), values)
+        if "ball" in columns:
+            for n, one in enumerate(balls.values()):
+                for name in one.unknown(set(found) - {*FLAGS}, self.axes):
+                    found[name] = np.where(index == n, np.nan, found[name])
         return found
 
 

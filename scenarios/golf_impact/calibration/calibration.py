@@ -128,7 +128,7 @@ class Calibration(Fit):
             at = f" ({report.describe_impact(one.impact)})" if isinstance(one, Curve) else ""
             measured.append(f"{len(one.y)} rows of {one.name}{at}")
         source = f"golf-impact calibrate: {', '.join(measured)}"
-        if data.targets.measured or not data.curves:
+        if data.targets.measured:
             source += f"; {report.describe_impact(data.impact)}"
         # The impact isn't part of the ball, but for a mass of its own.
         own_mass = values["m_ball"] != IMPACT["m_ball"]

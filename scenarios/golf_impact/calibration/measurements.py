@@ -214,7 +214,9 @@ def _window(given: Any) -> tuple[float, float]:
     if given is None or given == "":
         return -math.inf, math.inf
     try:
-        low, high = si_values(given.split(":"), "s") if isinstance(given, str) else map(float, given)
+        low, high = (
+            si_values(given.split(":"), "s") if isinstance(given, str) else map(float, given)
+        )
     except (TypeError, ValueError) as error:
         why = "write two instants by the clock of the record, --window 0:2ms"
         raise UserError(f"window = {given!r} is refused: {why}") from error
@@ -231,7 +233,9 @@ def _read_shots(path: Any, columns: str, impact: Mapping[str, float]) -> Series:
     table = read_table(Path(path), (CLUB, BALL), columns, missing=0.5)
     club, ball, notes = *table.columns.values(), [*table.notes]
     if len(club) < 3:
-        raise UserError(f"{path} is refused: {len(club)} shots with club and ball speed, 3 are needed")
+        raise UserError(
+            f"{path} is refused: {len(club)} shots with club and ball speed, 3 are needed"
+        )
     if table.bare:
         size, middle = 1.0, float(np.median(club))
         if middle > 58.0:
@@ -268,7 +272,11 @@ def _read_shots(path: Any, columns: str, impact: Mapping[str, float]) -> Series:
     notes.append(f"COR follows from the smash factor with a club of {mass}; loft isn't considered")
     rows = np.flatnonzero(kept)
     return Series(
-        str(path), lambda row: table.where(int(rows[row])), club[kept], cor[kept], notes=tuple(notes)
+        str(path),
+        lambda row: table.where(int(rows[row])),
+        club[kept],
+        cor[kept],
+        notes=tuple(notes),
     )
 
 
@@ -322,4 +330,6 @@ def _read_series(given: Any, kind: str, every: Sequence[Column], columns: str = 
             number(column[bad[0]], name, where(int(bad[0])))
     x, y, *sigma = read
     notes = [note.removesuffix(".") for note in notes]
-    return Series(kind, where, x, y, sigma[0] if sigma else None, clipped=clipped, notes=tuple(notes))
+    return Series(
+        kind, where, x, y, sigma[0] if sigma else None, clipped=clipped, notes=tuple(notes)
+    )

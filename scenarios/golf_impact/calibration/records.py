@@ -73,9 +73,13 @@ _PLAIN = {
            ord("d"): "e", ord("D"): "e"}
     for mark, other in ((".", ","), (",", "."))
 }  # fmt: skip
-_OVERFLOW = re.compile(r"[-+]?(over.*|ov[fl]|ovrl|ol|clip(ped)?|inf(inity)?|∞|9{5,}|9*\.9{4,})", re.I)
+_OVERFLOW = re.compile(
+    r"[-+]?(over.*|ov[fl]|ovrl|ol|clip(ped)?|inf(inity)?|∞|9{5,}|9*\.9{4,})", re.I
+)
 _CLOCK = re.compile(r".*\d?\d:\d\d.*|\d{1,4}[-/.]\d\d[-/.]\d{1,4}.*")
-_SUMMARY = re.compile(r"(average|avg|mean|st(andar)?d|dev|median|min|max|total|mittel|durch).*", re.I)
+_SUMMARY = re.compile(
+    r"(average|avg|mean|st(andar)?d|dev|median|min|max|total|mittel|durch).*", re.I
+)
 _LOOKED_AT = 2000
 
 Head = tuple[str, str]
@@ -126,11 +130,15 @@ def read_table(
     sampling = _sampling(lines[:first], mark)
     have = f"its header is {header!r}" if header else "it has no header"
     names = ",".join(one.name for one in wanted if not one.optional)
-    advice = f"; expected {names}; choose columns by name or number: --columns 'TIME [s],CH2 [2 kN/V]'"
+    advice = (
+        f"; expected {names}; choose columns by name or number: --columns 'TIME [s],CH2 [2 kN/V]'"
+    )
     if FORCE not in wanted:
         advice = f"; expected {names}; choose columns by name or number: --columns '1 [mph],2'"
     if letters and not heads and not chosen and not sampling:
-        raise UserError(f"{path} is refused: the line {letters!r} above its numbers is no header of {count} columns{advice}")
+        raise UserError(
+            f"{path} is refused: the line {letters!r} above its numbers is no header of {count} columns{advice}"
+        )
     heads = heads or [("", "")] * count
     if not header and not chosen and count == sum(not one.optional for one in wanted):
         heads = [(_plain(one.name), "") for one in wanted][:count]
@@ -139,7 +147,9 @@ def read_table(
         rows.pop()  # a footer
     if CLUB in wanted:
         rows = [n for n in rows if not any(map(_SUMMARY.fullmatch, cells[n]))]
-    decimal = _decimal([cells[n][c] for n in rows[:_LOOKED_AT] for c in usual if c < len(cells[n])], mark)
+    decimal = _decimal(
+        [cells[n][c] for n in rows[:_LOOKED_AT] for c in usual if c < len(cells[n])], mark
+    )
     if len(texts) == 1 and len(wanted) > 1 and wanted[0] is TIME and sampling:
         texts.insert(0, "row")
     columns, bare, bad, clipped, counts = {}, [], {}, {}, False
@@ -150,12 +160,20 @@ def read_table(
         place = _place(one, given[0], heads, wanted, texts)
         if place is None and one is TIME and (sampling or given[0] == "row"):
             place = -1
-        if one is TIME and sampling and isinstance(place, int) and rows and not cells[rows[0]][place]:
+        if (
+            one is TIME
+            and sampling
+            and isinstance(place, int)
+            and rows
+            and not cells[rows[0]][place]
+        ):
             place = -1  # its cells are empty
         if place is None and one.optional and not given[0]:
             continue
         if place is None or isinstance(place, str):
-            raise UserError(f"{path} is refused: {place or 'no'} column{'s' * bool(place)} {given[0] or one.name}; {have}{advice}")
+            raise UserError(
+                f"{path} is refused: {place or 'no'} column{'s' * bool(place)} {given[0] or one.name}; {have}{advice}"
+            )
         own = heads[place][1] if place >= 0 else ""
         if not own and place >= 0 and rows and place < len(cells[rows[0]]):
             own = _unit(cells[rows[0]][place].partition(" ")[2])  # 95.3 mph
@@ -166,7 +184,9 @@ def read_table(
         if not factor:
             known = ", ".join(symbol for symbol, (si, _) in SYMBOLS.items() if si == one.unit)
             known += ", or a sensor's sensitivity such as 2 kN/V or 10 mV/N" * (one.unit == "N")
-            raise UserError(f"{path}: the unit {given[1] or own!r} of {one.name} is none of {known}; {have}")
+            raise UserError(
+                f"{path}: the unit {given[1] or own!r} of {one.name} is none of {known}; {have}"
+            )
         values = np.arange(float(len(rows))) if place < 0 else np.empty(len(rows))
         for at, row in enumerate(rows if place >= 0 else ()):
             cell = cells[row][place] if place < len(cells[row]) else ""
@@ -187,7 +207,9 @@ def read_table(
             values = sampling[0] * values + sampling[1]
             factor, counts = 1.0, True
         elif counted and not given[1] and not own and heads[place][0] in _COUNTS:
-            raise UserError(f"{path} is refused: column {header.split(mark or ' ')[place]!r} counts rows: give the time between them: --columns '{place + 1} [1.2 us],{place + 2} [N]'")
+            raise UserError(
+                f"{path} is refused: column {header.split(mark or ' ')[place]!r} counts rows: give the time between them: --columns '{place + 1} [1.2 us],{place + 2} [N]'"
+            )
         columns[one.name] = values * factor
         if not given[1] and not own and not counts and one.unit != "1":
             bare.append(one.name)
@@ -199,14 +221,22 @@ def read_table(
             why = "a clock time: give seconds" if _CLOCK.fullmatch(cell) else "it must be a number"
             what = f"{path}, line {rows[at] + 1}, column {place + 1} ({name}): {cell!r} is refused: {why}"
             raise UserError(what + (f"; {len(bad)} rows can't be read" if len(bad) > 1 else ""))
-        notes.append(f"{len(bad)} unreadable row{'s' * (len(bad) > 1)} left out, the first in line {rows[at] + 1}")
+        notes.append(
+            f"{len(bad)} unreadable row{'s' * (len(bad) > 1)} left out, the first in line {rows[at] + 1}"
+        )
     if clipped:
         notes.append(f"{len(clipped)} rows at a mark of overflow are left out: clipped")
     if bad or clipped:
         kept = [at for at in range(len(rows)) if at not in bad and at not in clipped]
         rows = [rows[at] for at in kept]
         columns = {name: values[kept] for name, values in columns.items()}
-    return Table(columns, lambda row: f"{path}, row {row + 1} (line {rows[row] + 1})", notes, bool(clipped), tuple(bare))
+    return Table(
+        columns,
+        lambda row: f"{path}, row {row + 1} (line {rows[row] + 1})",
+        notes,
+        bool(clipped),
+        tuple(bare),
+    )
 
 
 def _lines(path: Path) -> list[str]:
@@ -233,7 +263,9 @@ def _split(line: str, mark: str | None) -> list[str]:
     """Cells of a line; a comment behind numbers is left out, and a mark at its end begins none."""
     if "#" in line:
         before = line.partition("#")[0]
-        if not before.strip() or all(map(_looks_numeric, re.split(r"[\t;, ]+", before.strip('"\t;, ').replace('"', "")))):
+        if not before.strip() or all(
+            map(_looks_numeric, re.split(r"[\t;, ]+", before.strip('"\t;, ').replace('"', "")))
+        ):
             line = before
     if not line.strip("\t;, "):
         return []
@@ -324,7 +356,10 @@ def _head(cell: str) -> Head:
 
 
 def _header(
-    above: Sequence[str], mark: str | None, count: int, wanted: Sequence[Column],
+    above: Sequence[str],
+    mark: str | None,
+    count: int,
+    wanted: Sequence[Column],
     chosen: Sequence[str],
 ) -> tuple[list[Head], str, str]:
     """Heads of the columns, the header as written, and the last line with letters."""
@@ -345,8 +380,10 @@ def _header(
                 break
     rows = [(text, row) for text, row in texts if not all(map(_looks_numeric, row))]
     units: list[str] = []
-    if rows and any(map(_known, rows[-1][1])) and all(
-        _known(c) or _unit(c).lower() in _OTHER or _looks_numeric(c) for c in rows[-1][1]
+    if (
+        rows
+        and any(map(_known, rows[-1][1]))
+        and all(_known(c) or _unit(c).lower() in _OTHER or _looks_numeric(c) for c in rows[-1][1])
     ):
         text, units = rows.pop()
         letters = letters if rows else ""
@@ -370,7 +407,10 @@ def _header(
     heads = [_head(cell) for cell in row]
     if units:
         below = [_unit(cell) if _known(cell) else "" for cell in units]
-        heads = [(name, unit or (below[n] if n < len(below) else "")) for n, (name, unit) in enumerate(heads)]
+        heads = [
+            (name, unit or (below[n] if n < len(below) else ""))
+            for n, (name, unit) in enumerate(heads)
+        ]
         header += f" / {text}"
     return heads, header, ""
 
@@ -396,13 +436,23 @@ def _place(
         others = [other for other in wanted if other is not one]
         exact = [n for n, (name, _) in enumerate(heads) if _plain(name) in one.heads]
         if one in (CLUB, BALL):
-            exact = [n for n in exact if _plain(heads[n][0]) != one.heads[-1] or SYMBOLS.get(symbol_of(heads[n][1]), ("",))[0] == "m/s" or one is BALL]
+            exact = [
+                n
+                for n in exact
+                if _plain(heads[n][0]) != one.heads[-1]
+                or SYMBOLS.get(symbol_of(heads[n][1]), ("",))[0] == "m/s"
+                or one is BALL
+            ]
         found = exact[:1] if exact and one in (CLUB, BALL) else exact or [
             n for n, (name, _) in enumerate(heads)
             if _matches(one, name) and not any(o.optional and _matches(o, name) for o in others)
         ]  # fmt: skip
         if not found and one in (TIME, FORCE):
-            found = [n for n, (_, unit) in enumerate(heads) if SYMBOLS.get(symbol_of(unit), ("",))[0] == one.unit]
+            found = [
+                n
+                for n, (_, unit) in enumerate(heads)
+                if SYMBOLS.get(symbol_of(unit), ("",))[0] == one.unit
+            ]
             found = found if len(found) == 1 else []
         if not found and one is TIME:
             found = [n for n, (name, _) in enumerate(heads[:1]) if _plain(name) in _COUNTS]
@@ -428,9 +478,17 @@ def _sampling(above: Sequence[str], mark: str | None) -> tuple[float, float] | N
     pairs: list[tuple[str, str]] = []
     before: list[str] = []
     for line in above:
-        cells = [cell.strip(' "') for cell in re.split(r"[\t;,]" if mark != ";" else r"[\t;]", line)]
+        cells = [
+            cell.strip(' "') for cell in re.split(r"[\t;,]" if mark != ";" else r"[\t;]", line)
+        ]
         pairs += [(c, " ".join(cells[n + 1 : n + 3])) for n, c in enumerate(cells[:-1])]
-        pairs += [(m[1], m[2]) for m in re.finditer(r"([A-Za-z_][\w .]*?(?:\s*[\[(][^\])]*[\])])?)\s*[=:]\s*([-+\d.].*?)(?=[,;\t]|$)", line)]
+        pairs += [
+            (m[1], m[2])
+            for m in re.finditer(
+                r"([A-Za-z_][\w .]*?(?:\s*[\[(][^\])]*[\])])?)\s*[=:]\s*([-+\d.].*?)(?=[,;\t]|$)",
+                line,
+            )
+        ]
         pairs += [*zip(before, cells)]  # `Start,Increment` above their numbers
         before = cells
     for key, text in pairs:

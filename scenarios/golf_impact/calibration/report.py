@@ -125,6 +125,8 @@ def tables(fit: Any) -> list[Table]:
     data = fit.data
     square = f"χ² = {_chi(fit.chi_squared)}, degrees of freedom {fit.degrees_of_freedom}"
     at = f"{len(data.curves)} curves" if len(data.curves) > 1 else describe_impact(data.impact)
+    if not data.curves and not data.targets.measured:
+        at = "COR over speed"
     labels = [QUANTITIES[name].label for name in fit.predictions]
     size = "rms residual (N)" if data.curves else "χ²"
     title, predictions = f"{fit.title} (law {fit.law.law})", "Predictions with 95 % intervals"
