@@ -14,7 +14,13 @@ from golf_impact.units import si_value, unit_of
 _UNCERTAIN = ("k", "b", "exponent", "restitution_at_rest", "restitution_slope")
 _SETTABLE = ("law", *_UNCERTAIN, "reference_compression", "m_ball", "ball_diameter")
 _CONDITIONS = ("club_speed", "m_club", "club_force")
-_OTHERS = ("title", "source", "speeds", "limits", "conditions", "uncertainty")
+_OTHERS = ("title", "source", "speeds", "limits", "undetermined", "conditions", "uncertainty")
+
+#: What doesn't depend on a stiffness that is undetermined.
+_WITHOUT_K = (
+    "club_velocity", "ball_velocity", "smash_factor", "coefficient_of_restitution",
+    "energy_efficiency", "impulse", "momentum", "kinetic_energy", "touch_time",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -31,6 +37,14 @@ class Ball:
     conditions: Mapping[str, float] = field(default_factory=dict)
     speeds: tuple[float, ...] = ()  #: least and largest approach speed for which it holds, m/s
     limits: str = ""  #: how precise its source is, and what it isn't for
+    #: Names of values that its measurements don't determine: k, if COR alone was measured.
+    undetermined: tuple[str, ...] = ()
+
+    def unknown(self, outputs: Iterable[str], given: Container[str] = ()) -> list[str]:
+        """Those of these outputs that depend on what is undetermined and isn't given otherwise."""
+        if all(name in given for name in self.undetermined):
+            return []
+        return [name for name in outputs if name not in _WITHOUT_K]
 
 
 def rating_stiffness(rating: float) -> float:
@@ -56,6 +70,8 @@ def ball(name: str) -> Ball:
 def read_ball(path: Path | str) -> Ball:
     """The ball of a TOML file: variables of the FMU by name (SI units, or as text with a unit).
 
+    A file without k has it in `undetermined`: force, contact time and compression don't follow.
+
     Optional are `title`, `source`, `speeds` (the least and largest approach speed for which it
     holds, m/s), `limits` (a text on what it isn't for), a table `conditions` (club_speed, m_club
     and club_force of the measured impact), and a table `uncertainty` with `parameters`, p names,
@@ -71,8 +87,16 @@ def _ball(name: str, table: dict[str, Any]) -> Ball:
     stem = Path(name).stem
     title, source = str(table.pop("title", f"of {stem}")), str(table.pop("source", stem))
     speeds, limits = tuple(table.pop("speeds", ())), str(table.pop("limits", ""))
-    if speeds and not (len(speeds) == 2 and all(map(_is_number, speeds)) and speeds[0] < speeds[1]):
+    if speeds and not (
+        len(speeds) == 2 and all(map(_is_number, speeds)) and speeds[0] <= speeds[1]
+    ):
         raise UserError(f"{name}: speeds = {[*speeds]} is refused: it takes two, in m/s, rising")
+    undetermined = table.pop("undetermined", [] if "k" in table else ["k"])
+    if not isinstance(undetermined, list) or not {*map(str, undetermined)} <= {*_UNCERTAIN} - {
+        *table
+    }:
+        why = f"it takes names of {', '.join(_UNCERTAIN)} that have no value in the file"
+        raise UserError(f"{name}: undetermined = {undetermined!r} is refused: {why}")
     uncertainty = table.pop("uncertainty", {"parameters": [], "covariance": []})
     conditions = table.pop("conditions", {})
     if not isinstance(conditions, dict) or not {*conditions} <= {*_CONDITIONS}:
@@ -100,7 +124,8 @@ def _ball(name: str, table: dict[str, Any]) -> Ball:
             f"{name}: uncertainty is refused: it needs parameters, p names of values above it, and "
             "covariance, p rows of p finite numbers with none on its diagonal below 0"
         )
-    return Ball(name, title, table, source, names, rows, conditions, speeds, limits)
+    rest = conditions, speeds, limits, tuple(undetermined)
+    return Ball(name, title, table, source, names, rows, *rest)
 
 
 def _number(name: str, key: str, value: Any) -> Any:
@@ -137,6 +162,9 @@ def range_remarks(balls: Iterable[Ball], speed: float) -> list[str]:
     """Sentences about balls that don't hold for an approach speed (m/s)."""
     return [
         f"{one.name} holds for {one.speeds[0]:g} to {one.speeds[1]:g} m/s, not for {speed:g}."
+        if one.speeds[0] < one.speeds[1]
+        else f"{one.name} was measured at {one.speeds[0]:g} m/s, not at {speed:g}: measured balls "
+        "lose 0.0029 of COR per m/s."
         for one in balls
         if one.speeds and not one.speeds[0] <= speed <= one.speeds[1]
     ]
@@ -153,6 +181,7 @@ def ball_toml(ball: Ball) -> str:
     title, source = (json.dumps(text, ensure_ascii=False) for text in (ball.title, ball.source))
     lines = [f"title = {title}", f"source = {source}"]
     lines += [f"speeds = {[*ball.speeds]}"] if ball.speeds else []
+    lines += [f"undetermined = {json.dumps([*ball.undetermined])}"] if ball.undetermined else []
     lines += [f"limits = {json.dumps(ball.limits, ensure_ascii=False)}"] if ball.limits else []
     lines.append("")
     errors = {name: ball.covariance[n][n] ** 0.5 for n, name in enumerate(ball.uncertain)}

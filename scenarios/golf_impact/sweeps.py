@@ -16,7 +16,7 @@ from golf_impact.api import known_names, run_impacts
 from golf_impact.ball import ball, conditions_of
 from golf_impact.errors import UserError, missing_package
 from golf_impact.quantities import LAWS_IN_WORDS, START
-from golf_impact.runs import ImpactArrays
+from golf_impact.runs import FLAGS, ImpactArrays
 from golf_impact.units import si_values, unit_of
 
 if TYPE_CHECKING:
@@ -193,10 +193,16 @@ class Design:
                 values[name] = np.array(table)[index]
             values |= conditions_of(balls.values(), self.axes)
         if impact is None:
-            return run_impacts(self.outputs, **values)
-        number = len(next(iter(columns.values())))
-        whole = {name: np.broadcast_to(value, number) for name, value in values.items()}
-        return impact.many(self.outputs, **whole)
+            found = run_impacts(self.outputs, **values)
+        else:
+            number = len(next(iter(columns.values())))
+            whole = {name: np.broadcast_to(value, number) for name, value in values.items()}
+            found = impact.many(self.outputs, **whole)
+        if "ball" in columns:
+            for n, one in enumerate(balls.values()):
+                for name in one.unknown(set(found) - {*FLAGS}, self.axes):
+                    found[name] = np.where(index == n, np.nan, found[name])
+        return found
 
 
 def _shares(method: str, dimensions: int, generator: Any, number: int) -> Any:

@@ -11,12 +11,27 @@ from golf_impact.errors import UserError
 
 _NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S.*)")
 
+#: Units beside those of the FMU: their sizes by SI unit (NIST SP 811).
+_MORE = {
+    "m": {"cm": 1e-2, "um": 1e-6, "in": 0.0254, "ft": 0.3048},
+    "kg": {"oz": 0.028349523125, "lb": 0.45359237},
+    "s": {"ns": 1e-9},
+    "m/s": {"ft/s": 0.3048, "fps": 0.3048, "kph": 1.0 / 3.6, "kmh": 1.0 / 3.6},
+    "N": {"lbf": 4.4482216152605, "daN": 10.0, "mN": 1e-3},
+    "N/m": {"kN/mm": 1e6, "MN/m": 1e6, "lbf/in": 4.4482216152605 / 0.0254},
+}
+
 #: SI unit and size in it of all units, as they are compared.
 SYMBOLS = {
     symbol.replace(".", ""): (si, 1.0 / factor)
     for si, unit in UNITS.items()
     for symbol, factor in {si: 1.0, **unit.display}.items()
-}
+} | {symbol: (si, size) for si, sizes in _MORE.items() for symbol, size in sizes.items()}
+
+#: The symbols by their small letters; none where two of them differ in case alone (ns and N·s).
+_FOLDED: dict[str, str] = {}
+for symbol in SYMBOLS:
+    _FOLDED[symbol.lower()] = "" if symbol.lower() in _FOLDED else symbol
 
 #: Sizes that no golf impact has without a slip in the unit: least and largest, SI units, and the
 #: units that are probably meant.
@@ -30,8 +45,9 @@ REMARKABLE = {
 
 
 def symbol_of(text: str) -> str:
-    """A unit as in `SYMBOLS`, from usual spellings: µs (of any or a broken encoding), N·s/m."""
-    return re.sub(r"[µμ\ufffd]", "u", re.sub(r"[.·*\s]", "", text))
+    """A unit as in `SYMBOLS`, from usual spellings: µs (of any or a broken encoding), N·s/m, MPH."""
+    symbol = re.sub(r"[µμ\ufffd]", "u", re.sub(r"[.·*\s]", "", text))
+    return symbol if symbol in SYMBOLS else _FOLDED.get(symbol.lower()) or symbol
 
 
 def unit_of(name: str) -> str:

@@ -173,7 +173,7 @@ def test_an_installed_copy(tmp_path, made, fmu_path, kind):
     assert len(built) == 1
     for command in (("list",), ("doctor",), ("run",), ("build", "--system", "--out", "x.fmu")):
         golf(*command)
-    calibrate = ("calibrate", "--cor", "0.743", "--contact-time", "600e-6")
+    calibrate = ("calibrate", "--measured", "cor=0.743", "--measured", "contact_time=600e-6")
     pip_line = re.search("`(.+)`", golf(*calibrate, code=2).stderr)[1]
     run(*shlex.split(pip_line), cwd=outside, timeout=None)
     golf(*calibrate)

@@ -69,10 +69,10 @@ def line(seed=0, sigma=0.004):
     return speeds, PENNER["restitution_at_rest"] - PENNER["restitution_slope"] * speeds + noise
 
 
-def fitted(curve=None, *, law=2, exponent=1.0, d=0.005, fix=None, profile=False, **given):
+def fitted(curve=None, *, exponent=1.0, fix=None, **given):
     """As `calibrate`, but not compared with other laws."""
     data = measurements(given, curve=curve, baseline=given.pop("baseline", ""))
-    return Fit(data, ContactLaw.of(law, exponent, d), fixed=fix, profile=profile)
+    return Fit(data, ContactLaw.of(exponent), fixed=fix)
 
 
 def assert_found(found, true=BALL):
@@ -90,20 +90,20 @@ def test_scalars_of_random_impacts(seed):
     ranges = {"club_speed": (5, 70), "m_club": (0.1, 0.4), "m_ball": (0.03, 0.06)}
     impact = {name: draw.uniform(*ends) for name, ends in ranges.items()}
     speed, mu = impact["club_speed"], 1.0 / (1.0 / impact["m_club"] + 1.0 / impact["m_ball"])
-    law, free = draw.choice(((1, False), (2, False), (2, True)))
-    n = draw.uniform(1.05, 3.5) if free else draw.choice((1.0, 1.0, 1.5)) if law == 2 else 1.0
+    free = draw.choice((False, True))
+    n = draw.uniform(1.05, 3.5) if free else draw.choice((1.0, 1.0, 1.5))
     zeta = draw.choice((draw.uniform(0.002, 0.3), 10.0 ** draw.uniform(-3.0, -0.1)))
-    length, d = speed * 10.0 ** draw.uniform(-4.3, -3.3), 10.0 ** draw.uniform(-3.5, -1.5)
+    length, d = speed * 10.0 ** draw.uniform(-4.3, -3.3), 0.005
     # k and b of an undamped contact of this length and of this damping ratio.
     k = mu * 0.5 * (n + 1.0) * (speed / length) ** 2 * (d / length) ** (n - 1.0)
     b = zeta * math.sqrt(2.0 * (n + 1.0) * k * mu)
     names = draw.sample([*OUTPUTS][:3], draw.randint(1, 3))
     names += draw.sample([*OUTPUTS][3:], draw.randint(2 if free else 1, 3))
-    true = {"law": law, "k": k, "b": b, "exponent": n, "reference_compression": d}
+    true = {"law": 2, "k": k, "b": b, "exponent": n}
     exact = golf_impact.run_impact([OUTPUTS[name] for name in names], **true, **impact)
     if any(map(math.isnan, exact.values())):
         pytest.skip("these bodies never separate")
-    given = {"law": law, "exponent": "free" if free else n, "d": d, **impact}
+    given = {"exponent": "free" if free else n, **impact}
     measured = dict(zip(names, exact.values()))
     found = fitted(**given, **measured)
     assert found.chi_squared < 1e-4
@@ -118,16 +118,15 @@ def test_scalars_of_random_impacts(seed):
     assert fitted(**given, **noisy).chi_squared <= sum(noise[n] ** 2 for n in names) + 1e-4
 
 
-def test_errors_and_profiles_of_an_exact_inverse():
+def test_errors_of_an_exact_inverse():
     """b = 2 μ L/T, so its relative variance is the sum of those of L = -ln COR and T."""
-    found = calibrate(**TWO, profile=True)
+    found = calibrate(**TWO)
     k, b = found.parameters.values()
     expected = b.value * math.hypot(0.01 / -math.log(0.743), 0.01)
     assert b.standard_error == pytest.approx(expected, rel=1e-5)
     half, linear = np.abs(np.subtract(k.interval, k.value)), found.coverage * k.standard_error
     assert found.coverage == pytest.approx(stats.norm.ppf(0.975))  # σ is given
-    assert half == pytest.approx(linear, rel=0.05)
-    assert half != pytest.approx(linear, rel=1e-6)
+    assert half == pytest.approx(linear)
     assert (found.degrees_of_freedom, found.probability) == (0, None)
     assert found.predicted["cor"] == pytest.approx(0.743, rel=3e-5)
     assert "χ² = 0.000" in repr(found)
@@ -172,7 +171,7 @@ def test_of_two_answers_the_less_damped_one():
     found = calibrate(**wanted, progress=lambda *one: seen.append(one))
     assert found.values["b"] == pytest.approx(40.0, rel=1e-4)
     assert seen[0] == (0.0, "Kelvin–Voigt")
-    assert [percent for percent, _ in seen] == [0.0, 25.0, 50.0, 75.0]
+    assert [percent for percent, _ in seen] == [0.0]
 
 
 def test_a_prior_counts_as_a_measurement():
@@ -208,16 +207,15 @@ def test_a_name_that_it_does_not_have():
         calibrate(**TWO, unheard_of="1")
 
 
-@pytest.mark.parametrize("exponent", some(1, [1.0, "free"]))
-def test_profiles_of_curves(exponent):
-    """Touch lies between two rows, where χ² has cusps: they are narrower than linear intervals.
-
-    Those of a wrong law are enlarged for correlated residuals.
-    """
-    short = record(60, lead=0.15, trail=0.25)
-    found = fitted(short, profile=True, **{**FREE, "exponent": exponent})
-    for _, error, (low, high), _ in found.parameters.values():
-        assert 0.5 < (high - low) / (2.0 * found.coverage * error) < 1.05
+@pytest.mark.ci
+def test_intervals_of_few_rows():
+    """Where χ² rises: touch may lie between other two rows. Truth inside: 54 to 60 of 60."""
+    held = []
+    for seed in range(20):
+        found = fitted(record(40, lead=0.15, trail=0.25, seed=seed), **FREE)
+        ends = {name: one.interval for name, one in found.parameters.items()}
+        held += [low <= BALL[name] <= high for name, (low, high) in ends.items()]
+    assert np.mean(held) >= 0.9
 
 
 #: What is given to calibrate, the record, and words about it.
@@ -232,22 +230,9 @@ CURVES = {
     "short": (FREE, {"part": slice(350)}, "the record ends in contact"),
     "n = 1": (AT, LINEAR, "baseline zero"),
     "n = 1.5": ({**AT, "exponent": 1.5}, {"exponent": 1.5, "shift": -1000.0}, "baseline zero"),
-    "law 1": ({**AT, "law": 1}, {**LINEAR, "law": 1, "b": 9.0}, ""),
-    "n = 2.5": (FREE, {"exponent": 2.5, "b": 60.0}, ""),
-    "few rows": (FREE, {"rows": 18, "noise": 15.0, "lead": 0.15}, ""),
-    "exact": (FREE, {"rows": 200, "noise": 0.0, "shift": 2.0}, ""),
-    "exact spline": (FREE, {"rows": 1500, "noise": 0.0}, ""),
-    "exact law 1": (
-        {**AT, "law": 1}, {**LINEAR, "rows": 1500, "noise": 0.0, "law": 1, "b": 9.0}, ""
-    ),
     "no lead": (FREE, {"lead": 0.0}, ""),
     "long": (FREE, {"rows": 5000, "lead": 4.0, "trail": 5.0}, ""),
     "faster": ({**FREE, "club_speed": 55.0}, {"club_speed": 55.0, "noise": 100.0}, ""),
-    # Not in closed form: forces are interpolated between fewer instants.
-    "exact, pushed": (
-        {**AT, "club_force": 2e3},
-        {**LINEAR, "rows": 1500, "noise": 0.0, "club_force": 2e3}, "",
-    ),
 }  # fmt: skip
 
 
@@ -328,10 +313,8 @@ def test_a_line_of_cor(seed):
         assert one.value == pytest.approx(expected, abs=2e-3 * error)
         assert np.ptp(one.interval) == pytest.approx(2.0 * student * one.standard_error)
     assert_found(found, PENNER)
-    steep = ([25.0, 30.0, 35.0], [0.356, 0.23, 0.105])
-    with pytest.raises(UserError, match=r"no prediction at .* nearer to those measured"):
-        calibrate(cor_speeds=steep)
-    assert calibrate(cor_speeds=steep, predict=[30.0]).speeds.tolist() == [30.0]
+    # A steep line ends below the speeds of predictions.
+    assert calibrate(cor_speeds=([25.0, 30.0, 35.0], [0.356, 0.23, 0.105])).predictions == {}
 
 
 def test_all_together():
@@ -346,7 +329,7 @@ def test_all_together():
     for name in PENNER:
         together, of_line = (one.parameters[name].standard_error for one in (found, alone))
         assert together < 1.05 * of_line
-    assert {one.law.exponent for one in found.fits} == {1.0, 1.5, None}
+    assert {one.law.exponent for one in found.fits} == {1.0, None}
     assert found.residuals.keys() == {"targets", "curve", "cor_speeds"}
     _, given_force, _, model, residual = found.tables()[1][2][0]
     assert float(model) == pytest.approx(found.predicted["max_force"], abs=0.6)
@@ -408,13 +391,10 @@ def test_several_curves(tmp_path, second):
     for file, own in zip(*(measurements(AT, curve=c).curves.values() for c in (files, curves))):
         assert file.impact == own.impact
         assert (file.x.tolist(), file.y.tolist()) == (own.x.tolist(), own.y.tolist())
-    slow, fast = (one["value"] for one in found.as_json()["stiffness_by_curve"].values())
-    assert fast / slow == pytest.approx(k / BALL["k"], rel=0.02)
     less = found.deviance - Fit(found.data, found.law, apart=True).deviance
     assert found.chance_apart == pytest.approx(stats.chi2.sf(less, 1), rel=1e-6)
-    (words,) = (words for words in found.words if words.startswith("Stiffnesses of the curves"))
-    more = "by 4.* %, more than chance in 1 of 1000"
-    assert re.search(more if k > BALL["k"] else "no more than by chance", words)
+    differ = any("differ by more than noise in k" in words for words in found.words)
+    assert differ == (k > BALL["k"])
     assert [*found.residuals] == ["curve", "curve_2"]
     assert found.ball.conditions == {"club_speed": 30.0, "m_club": 0.2}  # of the first
     titles = [axes.get_title() for axes in found.draw().axes]
@@ -423,8 +403,8 @@ def test_several_curves(tmp_path, second):
 
 def test_the_command(tmp_path):
     """Its line, copied from a narrow terminal, gives the same result to the last digit."""
-    options = ("--club-speed-after", 24, "--contact-time", "600us", "--max-force", 6600)
-    given = ("--measured", "ball_velocity=50±0.4", *options, "--exponent", "free")
+    scalars = "ball_velocity=50±0.4", "club_speed_after=24", "contact_time=600us", "max_force=6600"
+    given = (*(word for one in scalars for word in ("--measured", one)), "--exponent", "free")
     done = golf("calibrate", *given, "--out", tmp_path, env={"COLUMNS": "60"}, code=0)
     written = json.loads((tmp_path / "calibrate.json").read_text())
     line = done.stdout.splitlines()[-1]
@@ -433,7 +413,7 @@ def test_the_command(tmp_path):
     assert np.diag(written["correlations"]) == pytest.approx(1.0)
     assert [row["name"] for row in written["targets"]] == list(ROH_LEE)
     assert [row["sigma_given"] for row in written["targets"]] == [True, False, False, False]
-    assert (written["degrees_of_freedom"], len(written["comparison"])) == (1, 4)
+    assert (written["degrees_of_freedom"], len(written["comparison"])) == (1, 2)
     pairs = (pair.split("=") for pair in shlex.split(line) if "=" in pair)
     found = golf_impact.run_impact(**{name: float(value) for name, value in pairs})
     for name in ROH_LEE:
@@ -443,7 +423,7 @@ def test_the_command(tmp_path):
 def test_a_saved_ball(tmp_path):
     """Conditions with units; parameters, covariance and intervals as in Python."""
     np.savetxt(tmp_path / "a.csv", np.transpose(record(200)), "%.9g", ",", header="time,force")
-    given = "--curve a.csv --club-speed 144km/h --m-club 200g --exponent free --predict 50"
+    given = "--curve a.csv --club-speed 144km/h --m-club 200g --exponent free"
     done = golf_here("calibrate", *given.split(), "--save", "m.toml", "--out", ".", cwd=tmp_path)
     assert done.stdout.splitlines()[-1] == "golf-impact run --ball m.toml"
     assert (tmp_path / "calibrate.png").stat().st_size > 10_000
@@ -461,7 +441,7 @@ def test_a_saved_ball(tmp_path):
         exact = [one["value"], one["standard_error"], *one["interval"]]
         places = 1 - math.floor(math.log10(size * exact[1]))
         assert found == [round(size * x, places) for x in exact]
-    (prediction,) = written["predictions"]
+    prediction = written["predictions"][2]
     low, value, high = (prediction["smash_factor"][key] for key in ("low", "value", "high"))
     assert 0.0 < high - value == pytest.approx(value - low)
     saved = golf_impact.read_ball(tmp_path / "m.toml")
@@ -474,6 +454,66 @@ def test_a_saved_ball(tmp_path):
 def test_without_lmfit():
     """Calibrate names what to install."""
     start = "import sys; sys.modules['lmfit'] = None; from golf_impact.commands.app import main"
-    calibrate = ("calibrate", "--cor", "0.7", "--contact-time", "6e-4")
+    calibrate = ("calibrate", "--measured", "cor=0.7", "--measured", "contact_time=6e-4")
     done = golf(*calibrate, program=(sys.executable, "-c", f"{start}; main()"))
     refused(done, "needs lmfit", install_command("calibrate"))
+
+
+def test_what_cor_alone_leaves_open(tmp_path):
+    """Shots of a launch monitor: mishits are left out, k stays undetermined for all readers."""
+    draw, speeds = np.random.default_rng(1), np.linspace(38.0, 52.0, 40)
+    cors = PENNER["restitution_at_rest"] - PENNER["restitution_slope"] * speeds
+    smash = (1.0 + cors + draw.normal(0.0, 0.004, 40)) / (1.0 + 0.04593 / 0.2)
+    smash[[3, 9]] -= 0.12
+    rows = [
+        f"{n},{u / MPH:.1f},{u * s / MPH:.1f}" for n, (u, s) in enumerate(zip(speeds, smash), 1)
+    ]
+    text = "\n".join(["Shot,Club Speed,Ball Speed", ",[mph],[mph]", *rows, "Average,,101,147"])
+    (tmp_path / "shots.csv").write_text(text)
+    given = "--shots", "shots.csv", "--m-club", "200g", "--save", "m.toml", "--no-figures"
+    done = golf_here("calibrate", *given, "--out", ".", cwd=tmp_path, code=0)
+    assert "2 of 40 shots are left out" in done.stdout and "k is undetermined" in done.stdout
+    ball = golf_impact.read_ball(tmp_path / "m.toml")
+    assert (ball.undetermined, ball.conditions) == (("k",), {"m_club": 0.2})
+    assert ball.speeds == pytest.approx((38.0, 52.0), abs=0.1)
+    written = json.loads((tmp_path / "calibrate.json").read_text())["parameters"]
+    for name, one in written.items():
+        assert one["interval"][0] < PENNER[name] < one["interval"][1]
+    done = golf_here("run", "--ball", "m.toml", "--no-figures", cwd=tmp_path, code=0)
+    rows = [row for row in done.stdout.splitlines() if "k undetermined" in row]
+    assert {row.split("(")[0].strip("│ ") for row in rows[1:]} >= {"contact time", "max force"}
+    table = golf_impact.sweep({"ball": f"{tmp_path}/m.toml,penner"}, ["smash_factor", "max_force"])
+    assert np.isnan(table["max_force"]).tolist() == [True, False]
+    assert not np.isnan(table["smash_factor"]).any()
+
+
+def test_balls_of_earlier_versions(tmp_path):
+    """A file without k has it undetermined; law 1 is read."""
+    text = "law = 2\nrestitution_at_rest = 0.86\n[conditions]\nclub_speed = 35.0\nm_club = 0.21\n"
+    (tmp_path / "cor.toml").write_text(text)
+    assert golf_impact.read_ball(tmp_path / "cor.toml").undetermined == ("k",)
+    (tmp_path / "one.toml").write_text("law = 1\nreference_compression = 0.005\nk = 1e6\nb = 8.4\n")
+    assert golf_impact.read_ball(tmp_path / "one.toml").undetermined == ()
+
+
+def test_a_rebound():
+    """The first pulse is fitted if the force is zero between both; otherwise it has to be cut."""
+    time, force = record(300)
+    twice = np.arange(600) * (time[1] - time[0]), np.concatenate([force, 0.6 * force])
+    found = calibrate(twice, **FREE)
+    assert_found(found)
+    assert any("second pulse" in words for words in found.words)
+    close = np.concatenate([force[:190], 0.6 * force[95:]])
+    with pytest.raises(UserError, match=r"two pulses.*--window 0:2ms"):
+        calibrate((np.arange(len(close)) * 4e-6, close), **FREE)
+    cut = calibrate(twice, **FREE, window=(0.0, float(twice[0][299])))
+    assert_found(cut)
+
+
+@pytest.mark.parametrize(
+    ("option", "words"),
+    [("--cor 0.8", "--cor is --measured cor=0.8 now"), ("--max-force 6kN", "max_force=6kN now"),
+     ("--law 1", "--law is gone"), ("--predict 40", "--predict is gone"), ("--profile", "is gone")],
+)  # fmt: skip
+def test_options_that_were(option, words):
+    refused(golf_here("calibrate", *option.split()), words)

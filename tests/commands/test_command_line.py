@@ -62,7 +62,7 @@ WRITTEN = {
     "run --set k=1e6 --out {}": "custom_report.html",
     "bench --quick --out {}": "bench.json",
     "stress --quick --out {}": "stress.json",
-    "calibrate --cor 0.7 --contact-time 6e-4 --out {}": "calibrate.png",
+    "calibrate --measured cor=0.7 --measured contact_time=6e-4 --out {}": "calibrate.png",
     "sweep --set k=1e6 --no-figures --out {}/z.csv": "z.csv",
     "sweep --set k=1e6:2e6:3 --out {}/x.csv": "x.png",
     "sweep --set k=normal:1e6:1 --set b=normal:9:1 --samples 2 --out {}/y.csv": "y.json",

@@ -8,13 +8,12 @@ from command import golf_here, refused
 from test_calibrate import AT, record
 
 from golf_impact.calibration.measurements import measured, measurements, number
-from golf_impact.calibration.records import read_table
+from golf_impact.calibration.records import FORCE, SIGMA, TIME, read_table
 from golf_impact.errors import UserError
 
-SERIES = (("time", "force", "sigma"), ("s", "N", "N"))
-TEKTRONIX = "Model,MSO54\nLabel,CH1,CH2\nVertical Offset,0,0\nVertical Scale,1,1\n\nTIME,CH1,CH2\n"
+SCOPE = "Model,X1\nLabel,CH1,CH2\nVertical Offset,0,0\nVertical Scale,1,1\n\nTIME,CH1,CH2\n"
 BESIDE = "Record Length,2.5e3,,0,0.5,\nTrigger Point,1,,1,1,\nSource,CH1,,2,1.5,\n,,,3,2,\n"
-LECROY = "LECROYWS434,1,Waveform\nSegments,1,SegmentSize,2\n#1,24-Nov-2020,0\nTime,Ampl\n"
+SEGMENTS = "SCOPE9,1,Waveform\nSegments,1,SegmentSize,2\n#1,24-Nov-2020,0\nTime,Ampl\n"
 TABLES = {
     "plain": ("time,force\n0,1\n1,2\n", "", [[0, 1], [1, 2]]),
     "units": ("time [ms],force (kN)\n0,1\n1,2\n", "", [[0, 1e-3], [1e3, 2e3]]),
@@ -29,30 +28,49 @@ TABLES = {
     "comment": ("# time,force\n# May,1\n0,1\n1,2\n", "", [[0, 1], [1, 2]]),
     "rate": ("Hz,1e6\n0,1\n1,2\n", "1 [ms],2", [[0, 1e-3], [1, 2]]),
     "order": ("scope\nforce,time\n1,0\n2,1\n", "", [[0, 1], [1, 2]]),
-    "empty": ("time,force\n", "", [[], []]),
     "sigma": ("time,force,sigma\n0,1,5\n1,2,5\n", "", [[0, 1], [1, 2], [5, 5]]),
     "text": ("clock,time,force,status\n12:01,0,1,OK\n12:01,1,2,clip\n", "", [[0, 1], [1, 2]]),
-    "Tektronix": (TEKTRONIX + "0,9,0.5\n1,9,1\n", "TIME [s],CH2 [2 kN/V]", [[0, 1], [1e3, 2e3]]),
-    "by number": (TEKTRONIX + "0,9,0.5\n1,9,1\n", "1,3 [10 mV/N]", [[0, 1], [50, 100]]),
+    "settings above": (SCOPE + "0,9,0.5\n1,9,1\n", "TIME [s],CH2 [2 kN/V]", [[0, 1], [1e3, 2e3]]),
+    "by number": (SCOPE + "0,9,0.5\n1,9,1\n", "1,3 [10 mV/N]", [[0, 1], [50, 100]]),
     "beside": (BESIDE, "4 [s],5 [2kN/V]", [[0, 1, 2, 3], [1e3, 2e3, 3e3, 4e3]]),
-    "Keysight": (
+    "units in words": (
         "x-axis,1,2\nsecond,mV,Volt\n0,500,9\n1,1e3,9\n", "x-axis,1 [2 kN/V]", [[0, 1], [1e3, 2e3]]
     ),
-    "LeCroy": (LECROY + "0,0.5\n1,1\n", "Time,Ampl [100 N/V]", [[0, 1], [50, 100]]),
+    "segment": (SEGMENTS + "0,0.5\n1,1\n", "Time,Ampl [100 N/V]", [[0, 1], [50, 100]]),
+    "rows": ("X,CH1,Start,Increment,\nSequence,Volt,-3e-4,1.2e-6,\n0,0.5,,\n1,1,,\n","X,CH1 [2.5 kN/V]",[[-3e-4,-3e-4+1.2e-6],[1250,2500]]),
+    "sens": ("t [1.6 us],CH1 [2.5 kN/V]\n0,1\n1,2\n","t [1.6 us],CH1 [2.5 kN/V]",[[0,1.6e-6],[2500,5000]]),
+    "sens head": ("t [1.6 us],F [2.25 mV/N]\n0,1\n1,2\n","",[[0,1.6e-6],[444.444444,888.888888]]),
+    "sens comma": ("t;F\n0,5;1,5\n1,0;2,0\n","t [1,6 us],F [.5 kN/V]",[[.8e-6,1.6e-6],[750,1000]]),
+    "sens e": ("t,F\n0,1\n1,2\n","t [s],F [225e-2 mV/N]",[[0,1],[444.444444,888.888888]]),
+    "run": ("Time (s) Run #1,Force (N) Run #1\n0,1\n1,2\n","",[[0,1],[1,2]]),
+    "sections": ("Logger File\t\nWriter_Version\t2\nDecimal_Separator\t,\n***End_of_Header***\t\n\nChannels\t1\nDate\t2020/10/10\nTime\t14:22:33,123\nX_Dimension\tTime\nX0\t0,0E+0\nDelta_X\t1,0E-6\n***End_of_Header***\nX_Value\tVoltage\tComment\n0,000000\t0,5\t\n1,000E-6\t0,75\t\n","X_Value,Voltage [2 kN/V]",[[0,1e-6],[1000,1500]]),
+    "sections nox": ("Logger File\t\nX0\t1,0E-3\nDelta_X\t1,0E-6\n***End_of_Header***\nX_Value\tForce [N]\tComment\n\t0,5\n\t0,75\n","",[[1e-3,1.001e-3],[.5,.75]]),
+    "words": ("Record Length,Analog:3500\nSample Interval,Analog:2.0E-7\nVertical Units,CH1:V\nSource,CH1\nSecond,Volt\n0.1,0.5\n0.2,1\n","Second,Volt [2 kN/V]",[[.1,.2],[1000,2000]]),
+    "no times": ('"Model","X2"\n"TraceName","CH1"\n"VUnit","V"\n"SampleRate","1.25e6"\n"HResolution",8e-7\n"HOffset",-5e-4\n\n,0.5,\n,1.0,\n',"row,2 [2 kN/V]",[[-5e-4,-4.992e-4],[1000,2000]]),
+    "rate hdr": ("Sample rate: 50000 Hz\nForce (N)\n1\n2\n3\n","",[[0,2e-5,4e-5],[1,2,3]]),
+    "logger": ("logger\t\nZeit  1 - Standardmessrate\tKraft\ns\tkN\n0,001\t1,5\n0,002\t-2,25\n","",[[1e-3,2e-3],[1500,-2250]]),
+    "thousands": ('time [us],force\n"1,000.5","1,250.25"\n"2,000","999.5"\n',"",[[1000.5e-6,2e-3],[1250.25,999.5]]),
+    "german th": ('Zeit [us];Kraft\n1.000,5;1.250,25\n2000;999,5\n',"",[[1000.5e-6,2e-3],[1250.25,999.5]]),
+    "upper": ("TIME (MS),FORCE (KN)\n0,1\n1,2\n","",[[0,1e-3],[1e3,2e3]]),
+    "lbf": ("Time (ms),Load (lbf)\n0,1\n1,2\n","",[[0,1e-3],[4.4482216152605,8.896443230521]]),
+    "units in brackets": ("Time,Channel A\n(ms),(V)\n\n-5.0,0.5\n-4.0,1\n","Time,Channel A [2 kN/V]",[[-5e-3,-4e-3],[1e3,2e3]]),
+    "ws head": ("Time (s)   Force (N)\n 0.0  1.0\n 1.0  2.0\n","",[[0,1],[1,2]]),
+    "tinc": ("CH1V, t0 =-5e-2s, tInc = 1e-6,\n0.5\n1.0\n","1 [2 kN/V]",[[-.05,-.049999],[1000,2000]]),
+    "overflow": ("time,force\n0,1\n1,9.9E+37\n2,3\n","",[[0,2],[1,3]]),
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("encoding", ["utf-8-sig", "cp1252"])
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "cp1252", "utf-16"])
 @pytest.mark.parametrize("name", TABLES)
 def test_tables_of_labs_and_scopes(tmp_path, name, encoding):
     text, chosen, expected = TABLES[name]
     file = tmp_path / "record.csv"
     file.write_bytes(text.encode(encoding))
-    columns, _ = read_table(file, *SERIES, chosen)
-    assert np.array(columns) == pytest.approx(np.array(expected))
+    columns = read_table(file, (TIME, FORCE, SIGMA), chosen).columns
+    assert np.array([*columns.values()]) == pytest.approx(np.array(expected), rel=1e-6)
 
 
-CURVE, LINE, CSV = "--curve bad.csv@40 --m-club 0.2", "--cor-speeds bad.csv", "--csv bad.csv"
+CURVE, LINE = "--curve bad.csv@40 --m-club 0.2", "--cor-speeds bad.csv"
 
 #: Options, what is in bad.csv, and words of the error.
 REFUSED = [
@@ -61,7 +79,12 @@ REFUSED = [
     (CURVE, "time,force [V]\n0,1\n", "unit 'V' of force", "2 kN/V", "'time,force [V]'"),
     (CURVE, "time,force\n0,1\n\n1,oops\n", "line 4, column 2 (force): 'oops'", "a number"),
     (CURVE, "time,force\n0,1\n1\n", "line 3, column 2 (force): ''"),
-    (CURVE, "time;force\n0,5;1\n1.000,5;1\n", "line 3, column 1 (time): '1.000,5'"),
+    (CURVE, "0,1,5\n1,2,5\n", "no header", "--columns"),
+    (CURVE, "Drop test\n0,1\n1,2\n", "'Drop test'", "no header of 2 columns"),
+    (CURVE, "time,force [pC/N]\n0,1\n1,2\n", "the unit 'pC/N'"),
+    (CURVE, "time,force\n12:01:33.1,1\n12:01:33.2,2\n", "line 2", "a clock time"),
+    (f"{CURVE} --window 2:1", "time,force\n0,1\n1,2\n", "its end must be after"),
+    ("--shots bad.csv", "Club Speed,Ball Speed\n40,60\n45,66\n46,67\n", "m/s or mph"),
     (CURVE, "time,force,time\n0,1,2\n", "2 columns", "time"),
     (CURVE, "hello\nworld\n", "its header is 'world'", "expected time,force"),
     (CURVE, "", "no header"),
@@ -70,30 +93,27 @@ REFUSED = [
     (LINE, "approach_speed,cor\n30,0.8\n30,0.7\n", "two speeds"),
     (LINE, "approach_speed,cor\n30,0.8\n40,0.7\n", "sigma"),
     (LINE, "approach_speed,cor,sigma\n30,0.8,0.1\n40,0.7,0\n", "row 2 (line 3)", "sigma = 0"),
-    (CSV, "target\n", "first line must be target,value"),
-    (CSV, "target,value,sigma\nspin,3000,1\n", "row 1 (line 2): there is no target 'spin'"),
-    (CSV, "target,value,sigma\ncor,high,\n", "row 1 (line 2): cor = 'high'"),
-    (CSV, "target,value,sigma\ncor,0.7,\ncor,0.8,\n", "row 2 (line 3): cor is given twice"),
-    (CSV, "target,value,sigma\ncor,0.7,0.1,4\n", "more cells"),
-    (CSV, "target,value,sigma\nm_ball,0.046,0.1\n", "m_ball takes no sigma: --prior"),
-    ("--cor 1", "", "cor = 1 is refused"),
-    ("--cor 0.7 --contact-time 600", "", "600e-6 for 600 µs"),
-    ("--cor 0.7 --max-force 6.6", "", "6600 for 6.6 kN"),
-    ("--cor 0.7±0 --contact-time 6e-4", "", "sigma_cor = 0"),
-    ("--max-force 6e3 --measured max-force=6e3", "", "max_force is given twice"),
+    ("--measured cor=1", "", "cor = 1 is refused"),
+    ("--measured cor=0.7 --measured contact_time=600", "", "600e-6 for 600 µs"),
+    ("--measured cor=0.7 --measured max_force=6.6", "", "6600 for 6.6 kN"),
+    ("--measured cor=0.7±0 --measured contact_time=6e-4", "", "sigma_cor = 0"),
+    ("--measured max_force=6e3 --measured max_force=6e3", "", "max_force is given twice"),
     ("--measured spin=3", "", "no target 'spin'"),
     ("--measured cor", "", "write NAME=VALUE"),
-    ("--ball-speed 50 --club-speed-after 24 --cor 0.74", "", "count once"),
-    ("--cor 0.7 --contact-time 6e-4 --exponent free", "", "3 are needed"),
-    ("", "", "--cor 0.743 --contact-time 600e-6"),
-    ("--cor 0.7 --contact-time 6e-4 --m-club 210", "", "0.21 for 210 g"),
-    ("--law 1 --exponent 1.5", "", "exponent = 1.5 is refused: law = 1"),
-    ("--law 1 --exponent free", "", "exponent = free is refused: law = 1"),
-    ("--reference-compression 0", "", "reference_compression = 0"),
-    ("--law 3", "", "1 (absolute)"),
-    ("--csv none.csv", "", "none.csv"),
+    (
+        "--measured ball_speed=50 --measured club_speed_after=24 --measured cor=0.74",
+        "",
+        "count once",
+    ),
+    ("--measured cor=0.7 --measured contact_time=6e-4 --exponent free", "", "3 are needed"),
+    ("", "", "--measured cor=0.743"),
+    ("--measured cor=0.7 --measured contact_time=6e-4 --m-club 210", "", "0.21 for 210 g"),
     ("--fix m_club=1", "", "fix m_club is refused"),
-    ("--fix k=8e5 --fix b=3 --cor 0.7 --contact-time 6e-4", "", "nothing is left"),
+    (
+        "--fix k=8e5 --fix b=3 --measured cor=0.7 --measured contact_time=6e-4",
+        "",
+        "nothing is left",
+    ),
     ("--prior k=8e5", "", "without its σ"),
     ("--baseline sloped", "", "zero, constant, linear"),
     ("--curve bad.csv", "", "needs club_speed and m_club"),
@@ -186,13 +206,3 @@ def test_quantization_is_not_clipping(step, limit):
     turned = "the force is negative; its sign was changed"
     assert [*series.notes] == [turned, *[words] * bool(clipped.any())]
     assert series.sigma.tolist() == sigma[~clipped].tolist()
-
-
-def test_targets_from_a_file(tmp_path):
-    file = tmp_path / "shot.csv"
-    file.write_text("target,value,sigma\nball-velocity,50,0.5\ncor,0.74,\n\nclub_speed,36,\n")
-    found = measurements({"cor": "0.75±0.02", "m_club": 0.21}, file)
-    assert (found.impact["club_speed"], found.impact["m_club"]) == (36.0, 0.21)
-    assert found.targets.measured == {"ball_speed": (50.0, 0.5, True), "cor": (0.75, 0.02, True)}
-    file.write_text("target,value\ncor,74 %\n")
-    assert measurements({}, file).targets.measured == {"cor": (0.74, 0.0074, False)}

@@ -13,7 +13,7 @@ import numpy as np
 from golf_impact.api import run_impacts
 from golf_impact.ball import Ball, ball_toml
 from golf_impact.calibration import report
-from golf_impact.calibration.fit import ContactLaw, Estimate, Fit, chance_of
+from golf_impact.calibration.fit import ContactLaw, Fit, chance_of
 from golf_impact.calibration.measurements import Measurements, measurements, number
 from golf_impact.calibration.series import IMPACT, Curve
 from golf_impact.errors import UserError
@@ -24,10 +24,11 @@ from golf_impact.quantities import format_options
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: Kelvin–Voigt, absolute, Tsuji and free n, which every calibration is compared with.
-_COMPARED = ((2, 1.0), (1, 1.0), (2, 1.5), (2, None))
+#: Kelvin–Voigt, which every calibration is compared with.
+_LINEAR = ContactLaw(2, 1.0)
 
-#: What is predicted at other club speeds.
+#: Club speeds (m/s) of predictions, and what is predicted there.
+_SPEEDS = (30.0, 40.0, 50.0)
 _PREDICTED = ("smash_factor", "coefficient_of_restitution", "ball_velocity")
 
 
@@ -45,8 +46,8 @@ class Calibration(Fit):
     Attributes:
         data: the measurements.
         fits: the laws compared, as far as they could be fitted.
-        stiffnesses: of several curves, each with its own; chance_apart: the probability that they
-            differ as much by chance (a likelihood ratio).
+        chance_apart: the probability that the stiffnesses of several curves, each fitted with its
+            own, differ as much by chance (a likelihood ratio).
         speeds, predictions: club speeds (m/s), and what `predict` gives there.
         Of `Fit`: result (lmfit's `MinimizerResult`), parameters, by their FMU names (SI units)
             value, standard error and 95 % interval, covariance, and all else.
@@ -56,27 +57,21 @@ class Calibration(Fit):
         self,
         data: Measurements,
         law: ContactLaw,
-        speeds: Sequence[float] | None = None,
         progress: Callable[[float, str], object] = lambda percent, title: None,
         fixed: Mapping[str, float] | None = None,
-        profile: bool = False,
     ) -> None:
         self.data = data
-        compared = [ContactLaw(n, m, law.reference_compression) for n, m in _COMPARED]
+        compared = [*dict.fromkeys((_LINEAR, law))]
         others = [one for one in compared if one != law] if data.sized else []
         apart = len(data.curves) > 1 and "k" not in (fixed or {})
         titles = [law.title, *[law.title] * apart, *(other.title for other in others)]
         steps = iter([(100.0 * n / len(titles), title) for n, title in enumerate(titles)])
         progress(*next(steps))
-        super().__init__(data, law, False, fixed, profile)
-        self.stiffnesses: dict[str, Estimate] = {}
+        super().__init__(data, law, False, fixed)
         self.chance_apart = 1.0
         if apart:
             progress(*next(steps))
             separate = Fit(data, law, True, fixed)
-            for curve in data.curves.values():
-                label = f"{curve.name}, {curve.impact['club_speed']:g} m/s"
-                self.stiffnesses[label] = separate.parameters[curve.own[0]]
             self.chance_apart = chance_of(self.deviance - separate.deviance, len(data.curves) - 1)
         found: dict[ContactLaw, Fit] = {law: self}
         for other in others:
@@ -85,18 +80,10 @@ class Calibration(Fit):
             with suppress(UserError):
                 found[other] = Fit(data, other, False, fixed)
         self.fits = [found[one] for one in compared if one in found and data.sized]
-        if speeds is None:
-            own = [one.impact["club_speed"] for one in data.curves.values()]
-            measured = data.cor_speeds.x if data.cor_speeds else own or data.impact["club_speed"]
-            factors = np.array([0.6, 0.8, 1.0, 1.2, 1.4])
-            speeds = [float(f"{speed:.2g}") for speed in factors * np.mean(measured)]
-        self.speeds = np.array(speeds, float)
-        try:
+        self.speeds = np.array(_SPEEDS)
+        self.predictions: dict[str, Interval] = {}
+        with suppress(UserError):  # a steep line of COR may end below these speeds
             self.predictions = self.predict(self.speeds)
-        except UserError as error:
-            words = ", ".join(f"{speed:g}" for speed in speeds)
-            why = "give speeds nearer to those measured (--predict)"
-            raise UserError(f"no prediction at {words} m/s: {error}; {why}") from error
 
     def predict(self, club_speeds: float | Sequence[float] | np.ndarray) -> dict[str, Interval]:
         """S, COR and ball speed (m/s) at club speeds (m/s, any shape), with 95 % intervals.
@@ -141,13 +128,17 @@ class Calibration(Fit):
             at = f" ({report.describe_impact(one.impact)})" if isinstance(one, Curve) else ""
             measured.append(f"{len(one.y)} rows of {one.name}{at}")
         source = f"golf-impact calibrate: {', '.join(measured)}"
-        if data.targets.measured or not data.curves:
+        if data.targets.measured:
             source += f"; {report.describe_impact(data.impact)}"
         # The impact isn't part of the ball, but for a mass of its own.
         own_mass = values["m_ball"] != IMPACT["m_ball"]
         of_impact = {*IMPACT} - ({"m_ball"} if own_mass else set())
         names, covariance = self._uncertain({*RANGES})
         limits = report.describe_limits(self.parameters)
+        # Nobody has measured a stiffness that nothing depends on.
+        undetermined = () if "k" in values else ("k",)
+        speeds = [one.impact["club_speed"] for one in data.curves.values()]
+        speeds += [*data.cor_speeds.x] if data.cor_speeds else []
         return Ball(
             name="calibrated",
             title=f"calibrated, {self.title}",
@@ -155,7 +146,9 @@ class Calibration(Fit):
             source=source,
             uncertain=tuple(names),
             covariance=tuple(map(tuple, covariance.tolist())),
-            conditions={n: values[n] for n in IMPACT if n != "m_ball" and values[n]},
+            conditions={n: values[n] for n in IMPACT if n != "m_ball" and n in data.given},
+            speeds=(float(min(speeds)), float(max(speeds))) if speeds else (),
+            undetermined=undetermined,
             limits="; ".join(f"{n} is at its limit: {end} (95 %)" for n, end in limits.items()),
         )
 
@@ -201,16 +194,13 @@ def calibrate(
     curve: Any = None,
     cor_speeds: Any = None,
     *,
-    law: int = 2,
+    shots: Path | str | None = None,
     exponent: float | str = 1.0,
-    reference_compression: float = 0.005,
-    csv: Path | None = None,
     columns: str = "",
+    window: tuple[float, float] | str | None = None,
     baseline: str = "",
     fix: Mapping[str, Any] | None = None,
     prior: Mapping[str, Any] | None = None,
-    profile: bool = False,
-    predict: Sequence[float] | None = None,
     progress: Callable[[float, str], object] = lambda percent, title: None,
     **scalars: Any,
 ) -> Calibration:
@@ -221,28 +211,26 @@ def calibrate(
             arrays in s and N, a mapping (or data frame) of these columns, or a CSV file of them,
             perhaps with other units in its header. It needs club_speed and m_club. Or a list of
             several files or mappings; a file's name may end with @ and its club speed, a mapping
-            may have club_speed, m_club, m_ball and club_force.
+            may have club_speed, m_club and m_ball.
         cor_speeds: likewise `(approach_speed, cor[, sigma])`; fits restitution_at_rest and
             restitution_slope in place of b.
-        law: 1 (absolute) or 2 (relative).
+        shots: a CSV file of a launch monitor with club and ball speed of each shot, instead of
+            cor_speeds; mishits are left out.
         exponent: n of law 2's power law, or "free" to fit it too.
-        reference_compression: at which k and b hold, m.
-        csv: a CSV file of scalars with the columns target,value,sigma.
         columns: heads or numbers of time, force and σ in files of curves, with units or a sensor's
             sensitivity: "t [ms],F [kN]", "TIME [s],CH2 [2 kN/V]".
+        window: first and last instant of curves that count, s, or text such as "0:2ms".
         baseline: of the sensor in curves, fitted too: zero, constant (an offset) or linear (with a
             drift); by default that with the least AIC for the rows before and after contact.
         fix: law parameters that aren't fitted, by name (`n` is the exponent).
         prior: what is known of parameters of law or impact, by name: a value and its σ,
             `{"m_club": (0.2, 0.002)}`; it is fitted with the measurements.
-        profile: 95 % intervals by lmfit's `conf_interval`, where χ² rises, not by standard errors.
-        predict: club speeds to predict S, COR and ball speed at, m/s.
         progress: called before each fit with the progress in per cent and its law's title.
         scalars: ball_speed, club_speed_after, cor, contact_time, max_force, time_of_max_force,
             smash_factor, energy_efficiency, impulse, max_compression and contact_displacement, also
             by their FMU outputs; each a number or with its σ (1 % by default), `(0.743, 0.005)` or
-            "0.743±0.005"; club_speed (35 m/s), m_club (0.210 kg), m_ball (0.04593 kg) and
-            club_force (0 N) of them and the curve.
+            "0.743±0.005"; club_speed (35 m/s), m_club (0.210 kg) and m_ball (0.04593 kg) of them
+            and the curve.
 
     Raises:
         UserError: measurements are impossible or too few.
@@ -262,7 +250,6 @@ def calibrate(
         raise UserError(f"fix {other[0]} is refused: choose from n, {', '.join(RANGES)}")
     fixed = {name: number(value, name, "fix") for name, value in fixed.items()}
     exponent = fixed.pop("exponent", "free" if "exponent" in priors else exponent)
-    chosen = ContactLaw.of(law, exponent, reference_compression)
-    data = measurements(scalars, csv, curve, cor_speeds, columns, baseline, priors)
-    speeds = None if predict is None else [number(one, "predict") for one in predict]
-    return Calibration(data, chosen, speeds, progress, fixed, profile)
+    chosen = ContactLaw.of(exponent)
+    data = measurements(scalars, curve, cor_speeds, columns, baseline, priors, window, shots)
+    return Calibration(data, chosen, progress, fixed)

@@ -23,7 +23,6 @@ from golf_impact.calibration.series import (
 )
 from golf_impact.errors import UserError
 from golf_impact.intervals import RANGES, ends_of, step_of
-from golf_impact.quantities import LAWS_IN_WORDS
 
 #: The parameters of COR = first − second · approach speed; they replace b.
 LINE = ("restitution_at_rest", "restitution_slope")
@@ -34,9 +33,9 @@ _FAR, _FEW = 1e9, 600
 #: Damping ratios and exponents of the starts.
 _ZETAS, _EXPONENTS = (1e-3, 0.02, 0.1, 0.3, 0.8, 3.0, 30.0), (1.05, 1.5, 2.2, 4.0)
 
-#: Parameters are rounded to this fraction of their standard error; the rise of χ² at the end of a
-#: one-sided 95 % interval; a lag-1 autocorrelation of residuals, times √rows, that isn't chance.
-_ROUNDING, _ONE_SIDED, _CORRELATED = 1e-3, 1.645**2, 4.0
+#: The rise of χ² at the end of a one-sided 95 % interval; a lag-1 autocorrelation of residuals,
+#: times √rows, that isn't chance; rows in contact up to which intervals follow from the rise of χ².
+_ONE_SIDED, _CORRELATED, _SPARSE = 1.645**2, 4.0, 40
 
 #: By how many rows touch is moved.
 _ROWS = tuple(2.0**n for n in range(3, -5, -1))
@@ -50,22 +49,16 @@ class ContactLaw(NamedTuple):
     reference_compression: float = 0.005  #: d_r, at which k and b hold, m
 
     @classmethod
-    def of(cls, law: int, exponent: float | str, reference_compression: float) -> ContactLaw:
-        """From options: the exponent is a number or "free"; UserError if there is no such law."""
-        if law not in (1, 2):
-            raise UserError(f"law = {law} is refused: {LAWS_IN_WORDS}", "law", law, LAWS_IN_WORDS)
-        n = None if exponent == "free" else number(exponent, "exponent")
-        if law == 1 and n != 1.0:
-            why = "law = 1 (absolute) is linear: leave the exponent out, or take law 2"
-            raise UserError(f"exponent = {exponent} is refused: {why}", "exponent", exponent, why)
-        return cls(law, n, number(reference_compression, "reference_compression"))
+    def of(cls, exponent: float | str) -> ContactLaw:
+        """From an option: the exponent is a number or "free"."""
+        return cls(2, None if exponent == "free" else number(exponent, "exponent"))
 
     @property
     def title(self) -> str:
         if self.exponent is None:
             return "power law, n free"
         if self.exponent == 1.0:
-            return "Kelvin–Voigt" if self.law == 2 else "absolute"
+            return "Kelvin–Voigt"
         return f"{'Tsuji' if self.exponent == 1.5 else 'power law'}, n = {self.exponent:g}"
 
 
@@ -80,13 +73,6 @@ class Estimate(NamedTuple):
     def as_json(self) -> dict[str, Any]:
         """Without a limit, if it isn't at one."""
         return {name: v for name, v in self._asdict().items() if name != "limit" or v is not None}
-
-
-class _Minimizer(lmfit.Minimizer):
-    """lmfit's, whose `conf_interval` uses the same method as the fit."""
-
-    def leastsq(self, *arguments: Any, **options: Any) -> Any:
-        return self.least_squares()
 
 
 class Problem:
@@ -129,8 +115,6 @@ class Problem:
                 raise UserError(f"{name} is refused: {', '.join(sorted(fitted))} are fitted here")
         if fitted <= {*fixed} | ({"exponent"} if law.exponent else set()) and not data.curves:
             raise UserError("nothing is left to be fitted: fix fewer parameters")
-        if law.law == 1 and line:
-            raise UserError("cor_speeds are refused with law = 1: its damping has no COR line")
         sizes = [name for name in data.targets.measured if name not in RESTITUTION]
         have = len(sizes) + (line or len(data.targets.measured) > len(sizes)) + len(priors)
         need = 2 + (law.exponent is None) - sum(name in fixed for name in ("k", "b"))
@@ -138,7 +122,8 @@ class Problem:
             raise UserError(
                 f"{law.title} can't be fitted: too few targets, {have} where {need} are needed "
                 "(ball speed, club speed after and COR count once); give --curve FILE.csv, "
-                "--cor-speeds FILE.csv or more of them, e.g. --cor 0.743 --contact-time 600e-6"
+                "--cor-speeds FILE.csv or more of them, e.g. --measured cor=0.743 --measured "
+                "contact_time=600us"
             )
 
     def values(self, params: lmfit.Parameters) -> dict[str, Any]:
@@ -195,11 +180,11 @@ class Problem:
 
     def minimizer(
         self, params: lmfit.Parameters, tolerance: float = 0.0, near: float = 0.0
-    ) -> _Minimizer:
+    ) -> lmfit.Minimizer:
         # Of χ²; with many rows it is about their number, and 1e-3 a thirtieth of a σ.
         many = self.rows > _FEW
         tolerance = tolerance or max(1e-10, 1e-3 / self.rows if many else 0.0)
-        found = _Minimizer(
+        found = lmfit.Minimizer(
             self.residuals,
             params,
             scale_covar=False,
@@ -282,7 +267,6 @@ class Fit:
         law: ContactLaw,
         apart: bool = False,
         fixed: Mapping[str, float] | None = None,
-        profile: bool = False,
     ) -> None:
         self.law, self.title = law, law.title + " with COR line" * bool(data.cor_speeds)
         problem = Problem(data, law, apart, fixed or {})
@@ -306,13 +290,13 @@ class Fit:
         self.result = _determined(problem, result)
         free = [*result.var_names, *ends]
         of_law = [name for name in problem.names if name in free]
-        # With the same σ as the result.
-        profiles = _profiles(minimizer, result, of_law) if profile else {}
-        params = result.params.copy()
-        for name, size in zip(result.var_names, np.linalg.norm(result.jac, axis=0)):
-            if name in problem.names:
-                digits = math.ceil(math.log10(size / _ROUNDING))
-                params[name].value = round(params[name].value, digits)
+        params = result.params
+        freedom = len(result.residual) - len(free)
+        self.coverage = float(stdtrit(max(1, freedom) if self.estimated else 1e9, 0.975))
+        profiles: dict[str, tuple[float, float]] = {}
+        if any(len(one.contact) <= _SPARSE for one in data.curves.values()):
+            # With the same σ as the result.
+            profiles = _profiles(problem, result, of_law, self.coverage)
         problem.sigma = self.sigma
         residuals = problem.residuals(params)
         self.residuals = problem.split(residuals)
@@ -323,7 +307,6 @@ class Fit:
         logarithms = sum(float(np.log(sigma).sum()) for sigma in self.sigma.values())
         self.deviance = self.chi_squared + 2.0 * logarithms
         self.aic = self.deviance + 2.0 * len(free)
-        self.coverage = float(stdtrit(max(1, freedom) if self.estimated else 1e9, 0.975))
 
         def estimate(name: str, unit: float = 1.0, zero: float = 0.0) -> Estimate:
             value, error = zero + unit * params[name].value, unit * result.params[name].stderr
@@ -483,13 +466,34 @@ def _at_limits(result: Any) -> dict[str, Estimate]:
     return found
 
 
-def _profiles(minimizer: Any, result: Any, names: Sequence[str]) -> dict[str, tuple[float, float]]:
-    """95 % intervals where χ² rises as much, the other parameters being fitted again."""
-    found = lmfit.conf_interval(
-        minimizer,
-        result,
-        p_names=[name for name in names if name in result.var_names],
-        sigmas=[0.95],
-        prob_func=lambda best, other: 1.0 - chance_of(other.chisqr - best.chisqr, 1),
-    )
-    return {name: (rows[0][1], rows[-1][1]) for name, rows in found.items()}
+def _profiles(
+    problem: Problem, result: Any, names: Sequence[str], coverage: float
+) -> dict[str, tuple[float, float]]:
+    """95 % intervals where χ² rises by coverage², the other parameters being fitted again.
+
+    With few rows touch may lie between other two rows than in the best fit: linear intervals,
+    which don't consider that, are too narrow.
+    """
+
+    def rises(name: str, errors: float) -> float:
+        held = result.params.copy()
+        one = held[name]
+        value = one.value + errors * one.stderr
+        one.set(value=min(max(value, one.min), one.max), vary=False)
+        found = problem.solve(_shifted(problem, held), 1e-6)
+        return float(found.chisqr) - float(result.chisqr) - coverage**2
+
+    intervals = {}
+    for name in (name for name in names if name in result.var_names):
+        ends = []
+        for side in (-1.0, 1.0):
+            near, far = 0.0, coverage
+            while far < 10.0 * coverage and rises(name, side * far) < 0.0:
+                near, far = far, 1.5 * far
+            for _ in range(5):
+                middle = 0.5 * (near + far)
+                near, far = (middle, far) if rises(name, side * middle) < 0.0 else (near, middle)
+            one = result.params[name]
+            ends.append(min(max(one.value + side * far * one.stderr, one.min), one.max))
+        intervals[name] = ends[0], ends[1]
+    return intervals

@@ -4,14 +4,25 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from golf_impact.calibration.records import read_cells, read_table
+from golf_impact.calibration.records import (
+    BALL,
+    CLUB,
+    COR,
+    COR_SIGMA,
+    FORCE,
+    SIGMA,
+    SPEED,
+    TIME,
+    Column,
+    read_table,
+)
 from golf_impact.calibration.series import (
     BASELINES,
     IMPACT,
@@ -26,7 +37,7 @@ from golf_impact.calibration.series import (
 )
 from golf_impact.errors import UserError, unknown_name
 from golf_impact.intervals import RANGES
-from golf_impact.units import si_value, unit_of
+from golf_impact.units import SYMBOLS, remarks, si_value, si_values, unit_of
 
 #: The σ of a scalar target without one, as a fraction of its value.
 DEFAULT_SIGMA = 0.01
@@ -58,6 +69,7 @@ class Measurements:
     curves: Mapping[str, Curve]  #: by name: curve, curve_2, …
     cor_speeds: Series | None
     priors: Priors
+    given: frozenset[str] = frozenset()  #: conditions that somebody gave
 
     @property
     def impact(self) -> Mapping[str, float]:
@@ -126,22 +138,26 @@ def measured(given: Any, name: str, where: str = "") -> Measured:
 
 def measurements(
     scalars: Mapping[str, Any],
-    file: Path | None = None,
     curve: Any = None,
     cor_speeds: Any = None,
     columns: str = "",
     baseline: str = "",
     priors: Mapping[str, Any] | None = None,
+    window: Any = None,
+    shots: Any = None,
 ) -> Measurements:
-    """Validated measurements, see `golf_impact.calibrate`; scalars given win over the file's.
+    """Validated measurements, see `golf_impact.calibrate`.
 
     UserError: a value is impossible; it is named, or its file and row.
     """
+    ends = _window(window)
+    if cor_speeds is not None and shots is not None:
+        raise UserError("give cor_speeds or shots, not both: each is a line of COR over speed")
     if baseline not in ("", *BASELINES):
         raise UserError(f"baseline = {baseline!r} is refused: choose from {', '.join(BASELINES)}")
     named = [(_named(name), value) for name, value in scalars.items() if value is not None]
     # Arguments of `measured` or `number` by name.
-    given = (_read_scalars(file) if file else {}) | {name: (v, name, "") for name, v in named}
+    given = {name: (v, name, "") for name, v in named}
     targets = {name: measured(*given[name]) for name in TARGETS if name in given}
     prior = {name: measured(value, name, "prior") for name, value in (priors or {}).items()}
     for name, one in prior.items():
@@ -159,6 +175,9 @@ def measurements(
     for n, one in enumerate([] if curve is None else curve if several else [curve], 1):
         suffix = f"_{n}" if n > 1 else ""
         found = _read_curve(one, f"curve{suffix}", conditions, columns, prior)
+        found = found.rows((found.x >= ends[0]) & (found.x <= ends[1]))
+        if not len(found.x):
+            raise UserError(f"{found.name}: no row is in the window {window}")
         curves[f"curve{suffix}"] = replace(conditioned(found, baseline), suffix=suffix)
     if curves and "club_speed" not in conditions:
         first, *others = (one.impact for one in curves.values())
@@ -167,14 +186,17 @@ def measurements(
         impact = dict(first)
     line = None
     if cor_speeds is not None:
-        columns_of_line = ("approach_speed", "cor"), ("m/s", "1")
-        line = Series(*_read_series(cor_speeds, "cor_speeds", *columns_of_line))
+        chosen = "" if curves else columns
+        line = _read_series(cor_speeds, "cor_speeds", (SPEED, COR, COR_SIGMA), chosen)
         if np.ptp(line.x) == 0.0:
             raise UserError(f"{line.name} is refused: a line needs COR at two speeds or more")
         if len(line.y) == 2 and line.sigma is None:
             why = "two rows leave no residuals; add a column sigma, or rows"
             raise UserError(f"{line.name} is refused: {why}")
-    return Measurements(Scalars(targets, impact), curves, line, Priors(prior, impact))
+    elif shots is not None:
+        line = _read_shots(shots, "" if curves else columns, impact)
+    known = frozenset(conditions) | ({"club_speed", "m_club"} if curves else set())
+    return Measurements(Scalars(targets, impact), curves, line, Priors(prior, impact), known)
 
 
 def _named(name: str, where: str = "calibrate") -> str:
@@ -187,26 +209,75 @@ def _named(name: str, where: str = "calibrate") -> str:
     return found
 
 
-def _read_scalars(path: Path) -> dict[str, tuple[Any, str, str]]:
-    """Of each row of a file value, perhaps with σ, name and place, by name."""
-    (_, header), *rows = read_cells(path) or [(1, [""])]
-    names = [cell.lower() for cell in header]
-    if names not in (["target", "value"], ["target", "value", "sigma"]):
-        why = "its first line must be target,value or target,value,sigma"
-        raise UserError(f"{path} is refused: {why}, not {','.join(names)!r}")
-    found: dict[str, tuple[Any, str, str]] = {}
-    for n, (line, cells) in enumerate(rows, 1):
-        where = f"{path}, row {n} (line {line})"
-        if len(cells) > len(names):
-            raise UserError(f"{where} is refused: more cells than the first line has")
-        text, value, sigma, *_ = *cells, "", ""
-        name = _named(text, where)
-        if sigma and name in IMPACT:
-            raise UserError(f"{where}: {name} takes no sigma: --prior {name}={value}±{sigma}")
-        if name in found:
-            raise UserError(f"{where}: {name} is given twice")
-        found[name] = (value, sigma) if sigma else value, name, where
-    return found
+def _window(given: Any) -> tuple[float, float]:
+    """First and last instant of a window, s, of a pair or the text "0:2ms"."""
+    if given is None or given == "":
+        return -math.inf, math.inf
+    try:
+        low, high = (
+            si_values(given.split(":"), "s") if isinstance(given, str) else map(float, given)
+        )
+    except (TypeError, ValueError) as error:
+        why = "write two instants by the clock of the record, --window 0:2ms"
+        raise UserError(f"window = {given!r} is refused: {why}") from error
+    if not low < high:
+        raise UserError(f"window = {given!r} is refused: its end must be after its start")
+    return low, high
+
+
+def _read_shots(path: Any, columns: str, impact: Mapping[str, float]) -> Series:
+    """COR over club speed from shots of a launch monitor, without mishits.
+
+    COR = S (1 + m_B/m_C) − 1 with the smash factor S, along the face normal.
+    """
+    table = read_table(Path(path), (CLUB, BALL), columns, missing=0.5)
+    club, ball, notes = *table.columns.values(), [*table.notes]
+    if len(club) < 3:
+        raise UserError(
+            f"{path} is refused: {len(club)} shots with club and ball speed, 3 are needed"
+        )
+    if table.bare:
+        size, middle = 1.0, float(np.median(club))
+        if middle > 58.0:
+            size, symbol = SYMBOLS["mph"][1], "mph"
+        elif middle > 33.0:
+            raise UserError(
+                f"{path} is refused: its speeds, {middle:.3g} in the middle, may be in m/s or mph: "
+                "--columns 'Club Speed [mph],Ball Speed [mph]', with the heads of the file"
+            )
+        else:
+            symbol = "m/s"
+        club, ball = club * size, ball * size
+        notes.append(f"speeds have no unit: taken in {symbol}")
+    cor = ball / club * (1.0 + impact["m_ball"] / impact["m_club"]) - 1.0
+    # Theil and Sen's line; 1.4826 times the median deviation is σ of a normal distribution.
+    first, second = np.triu_indices(len(club), 1)
+    apart = np.abs(club[second] - club[first]) > 1e-6
+    slopes = (cor[second] - cor[first])[apart] / (club[second] - club[first])[apart]
+    slope = float(np.median(slopes)) if np.ptp(club) > 0.1 * club.mean() else 0.0
+    off = cor - slope * club
+    off -= np.median(off)
+    limit = 3.0 * max(1.4826 * float(np.median(np.abs(off))), 0.003)
+    kept = (np.abs(off) <= limit) & (cor > 0.01) & (cor < 1.0)
+    if not kept.all():
+        places = ", ".join(str(n + 1) for n in np.flatnonzero(~kept)[:10])
+        notes.append(
+            f"{np.count_nonzero(~kept)} of {len(kept)} shots are left out as mishits: COR more than "
+            f"{limit:.2g} (three robust standard deviations) from the line of the others, or "
+            f"impossible (shots {places})"
+        )
+    if np.count_nonzero(kept) < 3 or np.ptp(club[kept]) == 0.0:
+        raise UserError(f"{path} is refused: a line needs three shots or more, at several speeds")
+    mass = "{m_club:g} kg".format(**impact)
+    notes.append(f"COR follows from the smash factor with a club of {mass}; loft isn't considered")
+    rows = np.flatnonzero(kept)
+    return Series(
+        str(path),
+        lambda row: table.where(int(rows[row])),
+        club[kept],
+        cor[kept],
+        notes=tuple(notes),
+    )
 
 
 def _read_curve(
@@ -226,33 +297,39 @@ def _read_curve(
         words = "its conditions, e.g. --club-speed 40 --m-club 0.2"
         speeds = "of several ones --curve FILE.csv@SPEED for each"
         raise UserError(f"a curve needs {' and '.join(missing)}: {words}; {speeds}")
-    return Curve(*_read_series(given, kind, ("time", "force"), ("s", "N"), columns), impact=impact)
+    series = _read_series(given, kind, (TIME, FORCE, SIGMA), columns)
+    return Curve(**vars(series), impact=impact)
 
 
-def _read_series(
-    given: Any, kind: str, names: tuple[str, str], units: tuple[str, str], columns: str = ""
-) -> tuple[str, Callable[[int], str], np.ndarray, np.ndarray, np.ndarray | None]:
+def _read_series(given: Any, kind: str, every: Sequence[Column], columns: str = "") -> Series:
     """Name, places of rows, x, y and perhaps σ of a CSV file, a mapping of columns, or arrays."""
-    every = (*names, "sigma")
+    names, notes, clipped = [one.name for one in every], [], False
     if isinstance(given, str | Path):
         kind = str(given)
-        read, where = read_table(Path(given), every, (*units, units[1]), columns)
+        table = read_table(Path(given), every, columns)
+        read, where, notes, clipped = [*table.columns.values()], *table[1:4]
+        if SPEED.name in table.bare:
+            notes.append("approach_speed has no unit: taken in m/s")
+            notes += remarks({"club_speed": float(read[0].max(initial=0.0))}, "approach speed ")
     else:
         if hasattr(given, "keys"):
-            given = [given[name] for name in every if name in given]
+            given = [given[name] for name in names if name in given]
         try:
             read = [*np.stack([np.asarray(column, float) for column in given])]
         except (TypeError, ValueError) as error:
-            raise UserError(f"{kind} must be arrays of one length: {', '.join(every)}") from error
+            raise UserError(f"{kind} must be arrays of one length: {', '.join(names)}") from error
 
         def where(row: int) -> str:
             return f"{kind}, row {row + 1}"
 
     if not 2 <= len(read) <= 3 or not read[0].size:
-        raise UserError(f"{kind} is refused: it has no rows of {', '.join(names)}")
-    for name, column in zip(every, read):
+        raise UserError(f"{kind} is refused: it has no rows of {', '.join(names[:2])}")
+    for name, column in zip(names, read):
         low, high, _ = _ALLOWED.get(name, _ABOVE_0)
         if (bad := np.flatnonzero(~((column > low) & (column < high)))).size:
             number(column[bad[0]], name, where(int(bad[0])))
     x, y, *sigma = read
-    return kind, where, x, y, sigma[0] if sigma else None
+    notes = [note.removesuffix(".") for note in notes]
+    return Series(
+        kind, where, x, y, sigma[0] if sigma else None, clipped=clipped, notes=tuple(notes)
+    )

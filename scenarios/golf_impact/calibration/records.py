@@ -1,14 +1,15 @@
-"""Tables as labs and oscilloscopes export them: heads, units, delimiters, decimal commas.
+"""Tables as labs, oscilloscopes, loggers and launch monitors export them.
 
-Files of Tektronix (`TIME,CH1`, or rows beside the settings), Keysight (`x-axis,1` above
-`second,Volt`) and LeCroy (`Time,Ampl`) are read as they are.
+The csv readers of pandas and pyarrow need delimiter, decimal mark, the number of lines to skip and
+the units beforehand; finding these is what this module does, and a row is then two calls of float.
 """
 
 from __future__ import annotations
 
 import csv
+import math
 import re
-import warnings
+from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -18,207 +19,526 @@ import numpy as np
 from golf_impact.errors import UserError
 from golf_impact.units import SYMBOLS, symbol_of
 
-#: Other names of columns, in small letters.
-_ALIASES = {"t": "time", "zeit": "time", "x-axis": "time", "f": "force", "kraft": "force"}
 
-#: Units in words, and those of a sensor's signal in V.
-_WORDS = {"second": "s", "sec": "s", "millisecond": "ms", "newton": "N", "volt": "V"}
+class Column(NamedTuple):
+    """A column that is searched: words of its head, any of which names it."""
+
+    name: str
+    unit: str  #: SI
+    heads: tuple[str, ...]  #: in small letters, letters and digits alone
+    optional: bool = False
+
+
+TIME = Column("time", "s", ("time", "t", "zeit", "xaxis", "xvalue", "seconds", "second"))
+FORCE = Column("force", "N", ("force", "f", "kraft", "load", "fz", "newton"))
+SIGMA = Column("sigma", "N", ("sigma", "σ", "std", "uncertainty", "unsicherheit"), True)
+SPEED = Column("approach_speed", "m/s", ("approachspeed", "approachvelocity", "speed", "velocity",
+    "v", "clubspeed", "clubheadspeed", "impactspeed", "geschwindigkeit"))  # fmt: skip
+COR = Column("cor", "1", ("cor", "coefficientofrestitution", "restitution", "e", "stosszahl"))
+COR_SIGMA = SIGMA._replace(unit="1")
+CLUB = Column("club_speed", "m/s", ("clubspeed", "clubheadspeed", "headspeed", "swingspeed",
+    "speedclub", "clubvelocity", "club"))  # fmt: skip
+BALL = Column("ball_speed", "m/s", ("ballspeed", "speedball", "ballvelocity", "ball"))
+
+#: Units in words; those of a sensor's signal in V; marks of units that don't matter here.
+_WORDS = {
+    "second": "s", "sec": "s", "millisecond": "ms", "msec": "ms", "microsecond": "us", "usec": "us",
+    "newton": "N", "kilonewton": "kN", "volt": "V", "millivolt": "mV", "pound": "lbf",
+}  # fmt: skip
 _VOLTS = {"V": 1.0, "mV": 1e-3}
+_OTHER = {"", "-", "sequence", "none", "a", "deg", "°", "rpm", "yd", "yds", "yards", "feet", "pts",
+          "g", "°c", "degrees", "m/s2", "m/s²", "pc"}  # fmt: skip
 
-#: A name and its unit: `time [ms]`, `force (kN)`, `F/kN`, `t_us`.
-_HEAD = re.compile(r"(.*?)\s*(?:\[(.*)\]|\((.*)\)|[/_ ]([^/_ ]+))")
+#: Heads of columns that count rows; keys of the time between rows, of its inverse, of the start.
+_COUNTS = ("x", "sequence", "index", "point", "points", "sample", "samples", "nr", "no", "row", "n")
+_STEPS = re.compile(
+    r"x?incr?(ement)?|tinc|d[xt]|delta[xt]|(sampl(e|ing)|abtast)(interval|intervall|period|periode|"
+    r"zeit|time)|interval|timestep|timeinterval|hresolution|wf_?x?increment|xincrement"
+)
+_RATES = re.compile(r"(sampl(e|ing)?|abtast|mess)(rate|frequency|frequenz|freq)|hz")
+_STARTS = re.compile(
+    r"start|[xt]0|xorigin|xzero|[xh]offset|wf_?x?start_?offset|starttime|firstx|tstart"
+)
 
-#: A unit, perhaps with a number before it and over another one: `2 kN/V`.
-_RATIO = re.compile(r"(\d*\.?\d*(?:[eE][+-]?\d+)?)\s*([^/]*)/?(.*)")
+#: A number as instruments write it, by its decimal mark: with marks of thousands.
+_NUMBER = {
+    mark: re.compile(
+        rf"[-+−]?(?:\d{{1,3}}(?:[{other}'’ \u00a0\u202f]\d{{3}})+|\d+)?(?:[{mark}]\d*)?"
+        r"(?:[eEdD][-+]?\d+)?"
+    )
+    for mark, other in ((".", ","), (",", "."))
+}
+_PLAIN = {
+    mark: {**dict.fromkeys(map(ord, f"{other}'’ \u00a0\u202f")), ord(mark): ".", ord("−"): "-",
+           ord("d"): "e", ord("D"): "e"}
+    for mark, other in ((".", ","), (",", "."))
+}  # fmt: skip
+_OVERFLOW = re.compile(
+    r"[-+]?(over.*|ov[fl]|ovrl|ol|clip(ped)?|inf(inity)?|∞|9{5,}|9*\.9{4,})", re.I
+)
+_CLOCK = re.compile(r".*\d?\d:\d\d.*|\d{1,4}[-/.]\d\d[-/.]\d{1,4}.*")
+_SUMMARY = re.compile(
+    r"(average|avg|mean|st(andar)?d|dev|median|min|max|total|mittel|durch).*", re.I
+)
+_LOOKED_AT = 2000
 
-#: Lines in which a header is searched; rows that must be alike where there is none.
-_SEARCHED, _ALIKE = 500, 20
+Head = tuple[str, str]
 
 
-class Head(NamedTuple):
-    """Name and unit of a column."""
+class Table(NamedTuple):
+    """Columns in SI units by name."""
 
-    name: str = ""  #: in small letters, one of ours if it is an alias
-    unit: str = ""
+    columns: dict[str, np.ndarray]
+    where: Callable[[int], str]  #: the place of a row (from 0)
+    notes: list[str]  #: what was left out or assumed, in sentences
+    clipped: bool = False  #: whether there were marks of an overflow
+    bare: tuple[str, ...] = ()  #: columns whose unit stands nowhere
 
 
 def read_table(
-    path: Path, names: Sequence[str], units: Sequence[str], chosen: str = ""
-) -> tuple[list[np.ndarray], Callable[[int], str]]:
-    """Columns of these names, the last one optional, and a function that gives a row's place.
+    path: Path, wanted: Sequence[Column], chosen: str = "", missing: float = 0.01
+) -> Table:
+    """Columns of a text file, in SI units.
 
     Args:
-        path: a text file; its other columns may hold anything.
-        names: of the columns, in small letters.
-        units: their SI units, which they are converted to.
-        chosen: their heads in the file, or their numbers, with a unit or a sensor's sensitivity:
+        path: in UTF-8, UTF-16 or 8 bits; its other columns may hold anything.
+        wanted: what is searched.
+        chosen: heads or numbers of these columns, with units or a sensor's sensitivity:
             "t [ms],F", "TIME [s],CH2 [2 kN/V]", "1 [s],3 [10 mV/N]".
+        missing: share of rows that may be unreadable.
 
     Raises:
         UserError: it can't be read; the line, the column and what is expected are named.
     """
     lines = _lines(path)
-    wanted = [_head(cell) for cell in chosen.split(",")][: len(names)] if chosen else []
-    needed = wanted or [Head(name) for name in names[:-1]]
-    heads, first, header = _header(lines[:_SEARCHED], {one.name for one in needed})
-    rows = [n for n, line in enumerate(lines) if n >= first and _data(line)]
+    mark, cells = _delimited(lines)
+    numeric = [{n for n, cell in enumerate(row) if _looks_numeric(cell)} for row in cells]
+    tail = [frozenset(one) for one in numeric if one][-_LOOKED_AT:]
+    common = Counter(tail[len(tail) // 2 :]).most_common()
+    wide = [one for one, count in common if len(one) > 1 and count > 0.5 * common[0][1]]
+    usual = max(wide, key=len) if wide else common[0][0] if common else frozenset()
+    pure = [len(one) == sum(map(bool, row)) for one, row in zip(numeric, cells)]
+    alike = [n for n, one in enumerate(numeric) if usual and usual <= one]
+    if alike and pure[alike[-1]]:
+        alike = [n for n in alike if pure[n]]
+    first = alike[0] if alike else len(lines)
+    while first and len(numeric[first - 1] & usual) > 0.7 * len(usual):
+        first -= 1
+    count = len(cells[first]) if first < len(lines) else 0
+    texts = [one.strip() for one in re.split(r"[,;](?![^\[(]*[\])])", chosen)] if chosen else []
+    heads, header, letters = _header(lines[:first], mark, count, wanted, texts)
+    sampling = _sampling(lines[:first], mark)
     have = f"its header is {header!r}" if header else "it has no header"
-    if not header:
-        count = len(_cells(lines[rows[0]])) if rows else 0
-        named = count in (len(names) - 1, len(names))
-        heads = [*map(Head, names)][:count] if named else [Head()] * count
-    if not chosen:
-        wanted = needed + [Head(names[-1])] * any(head.name == names[-1] for head in heads)
-    places, factors = [], []
-    for one, name, unit in zip(wanted, names, units):
-        found = [at for at, head in enumerate(heads) if head.name == one.name]
-        if not found and one.name.isdigit() and 0 < int(one.name) <= len(heads):
-            found = [int(one.name) - 1]
-        if len(found) != 1:
-            what = f"{len(found)} columns" if found else "no column"
+    names = ",".join(one.name for one in wanted if not one.optional)
+    advice = (
+        f"; expected {names}; choose columns by name or number: --columns 'TIME [s],CH2 [2 kN/V]'"
+    )
+    if FORCE not in wanted:
+        advice = f"; expected {names}; choose columns by name or number: --columns '1 [mph],2'"
+    if letters and not heads and not chosen and not sampling:
+        raise UserError(
+            f"{path} is refused: the line {letters!r} above its numbers is no header of {count} columns{advice}"
+        )
+    heads = heads or [("", "")] * count
+    if not header and not chosen and count == sum(not one.optional for one in wanted):
+        heads = [(_plain(one.name), "") for one in wanted][:count]
+    rows = [n for n in range(first, len(lines)) if cells[n]]
+    while rows and not numeric[rows[-1]]:
+        rows.pop()  # a footer
+    if CLUB in wanted:
+        rows = [n for n in rows if not any(map(_SUMMARY.fullmatch, cells[n]))]
+    decimal = _decimal(
+        [cells[n][c] for n in rows[:_LOOKED_AT] for c in usual if c < len(cells[n])], mark
+    )
+    if len(texts) == 1 and len(wanted) > 1 and wanted[0] is TIME and sampling:
+        texts.insert(0, "row")
+    columns, bare, bad, clipped, counts = {}, [], {}, {}, False
+    for n, one in enumerate(wanted):
+        given = _head(texts[n]) if n < len(texts) else ("", "")
+        if texts and not given[0] and (n >= len(texts) and one.optional):
+            continue
+        place = _place(one, given[0], heads, wanted, texts)
+        if place is None and one is TIME and (sampling or given[0] == "row"):
+            place = -1
+        if (
+            one is TIME
+            and sampling
+            and isinstance(place, int)
+            and rows
+            and not cells[rows[0]][place]
+        ):
+            place = -1  # its cells are empty
+        if place is None and one.optional and not given[0]:
+            continue
+        if place is None or isinstance(place, str):
             raise UserError(
-                f"{path} is refused: {what} {one.name}; {have}; expected {','.join(names[:-1])} or "
-                f"{','.join(names)}; choose columns by name or number: --columns 'TIME [s],CH2 [2 "
-                "kN/V]'"
+                f"{path} is refused: {place or 'no'} column{'s' * bool(place)} {given[0] or one.name}; {have}{advice}"
             )
-        own = heads[found[0]].unit
-        places.append(found[0])
-        factors.append(_factor(one.unit, own, unit))
-        if not factors[-1]:
-            known = ", ".join(symbol for symbol, (si, _) in SYMBOLS.items() if si == unit)
-            known += ", or a sensor's sensitivity such as 2 kN/V or 10 mV/N" * (unit == "N")
-            what = f"the unit {one.unit or own!r} of {name}"
-            raise UserError(f"{path}: {what} is none of {known}; {have}")
-    mark = _mark(lines[rows[0]]) if rows else ","
-    texts = (lines[n] if mark == "," else lines[n].replace(",", ".") for n in rows)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # no rows: the caller's error is better
-            table = np.loadtxt(texts, delimiter=mark, usecols=places, quotechar='"', ndmin=2)
-    except ValueError:
-        for n in rows:
-            for place, name in zip(places, names):
-                cell = "".join(_cells(lines[n])[place : place + 1])
-                if not _is_number(cell, mark):
-                    at = f"{path}, line {n + 1}, column {place + 1} ({name})"
-                    raise UserError(f"{at}: {cell!r} is refused: it must be a number") from None
-        raise
-    columns = [*(table.reshape(-1, len(places)) * factors).T]
-    return columns, lambda row: f"{path}, row {row + 1} (line {rows[row] + 1})"
-
-
-def read_cells(path: Path) -> list[tuple[int, list[str]]]:
-    """Line number and cells of all rows, empty ones left out; UserError if it can't be read."""
-    return [(n, _cells(line)) for n, line in enumerate(_lines(path), 1) if _data(line)]
+        own = heads[place][1] if place >= 0 else ""
+        if not own and place >= 0 and rows and place < len(cells[rows[0]]):
+            own = _unit(cells[rows[0]][place].partition(" ")[2])  # 95.3 mph
+        factor = _factor(given[1], own, one.unit)
+        counted = one is TIME and (place < 0 or _counts(cells, rows, place, decimal))
+        if not factor and counted and (sampling or given[1]) and not given[1]:
+            factor = 1.0
+        if not factor:
+            known = ", ".join(symbol for symbol, (si, _) in SYMBOLS.items() if si == one.unit)
+            known += ", or a sensor's sensitivity such as 2 kN/V or 10 mV/N" * (one.unit == "N")
+            raise UserError(
+                f"{path}: the unit {given[1] or own!r} of {one.name} is none of {known}; {have}"
+            )
+        values = np.arange(float(len(rows))) if place < 0 else np.empty(len(rows))
+        for at, row in enumerate(rows if place >= 0 else ()):
+            cell = cells[row][place] if place < len(cells[row]) else ""
+            try:
+                values[at] = _value(cell, decimal)
+            except ValueError:
+                values[at] = math.inf if _OVERFLOW.fullmatch(cell) and one is not TIME else math.nan
+            if math.isnan(values[at]):
+                bad.setdefault(at, (place, one.name, cell))
+        if one is FORCE:
+            finite = np.abs(values[np.abs(values) < 9e36])
+            nines = [c for c in (9999.9, 99999.0, 99999.9, 999999.0) if np.any(np.abs(values) == c)]
+            for c in nines:
+                if not np.any((finite > 0.5 * c) & (finite != c)):
+                    values[np.abs(values) == c] = math.inf
+            clipped = dict.fromkeys(np.flatnonzero(np.abs(values) >= 9e36).tolist())
+        if counted and not given[1] and sampling and not _time_unit(own):
+            values = sampling[0] * values + sampling[1]
+            factor, counts = 1.0, True
+        elif counted and not given[1] and not own and heads[place][0] in _COUNTS:
+            raise UserError(
+                f"{path} is refused: column {header.split(mark or ' ')[place]!r} counts rows: give the time between them: --columns '{place + 1} [1.2 us],{place + 2} [N]'"
+            )
+        columns[one.name] = values * factor
+        if not given[1] and not own and not counts and one.unit != "1":
+            bare.append(one.name)
+    notes = []
+    if bad:
+        at = min(bad)
+        place, name, cell = bad[at]
+        if len(bad) > missing * len(rows):
+            why = "a clock time: give seconds" if _CLOCK.fullmatch(cell) else "it must be a number"
+            what = f"{path}, line {rows[at] + 1}, column {place + 1} ({name}): {cell!r} is refused: {why}"
+            raise UserError(what + (f"; {len(bad)} rows can't be read" if len(bad) > 1 else ""))
+        notes.append(
+            f"{len(bad)} unreadable row{'s' * (len(bad) > 1)} left out, the first in line {rows[at] + 1}"
+        )
+    if clipped:
+        notes.append(f"{len(clipped)} rows at a mark of overflow are left out: clipped")
+    if bad or clipped:
+        kept = [at for at in range(len(rows)) if at not in bad and at not in clipped]
+        rows = [rows[at] for at in kept]
+        columns = {name: values[kept] for name, values in columns.items()}
+    return Table(
+        columns,
+        lambda row: f"{path}, row {row + 1} (line {rows[row] + 1})",
+        notes,
+        bool(clipped),
+        tuple(bare),
+    )
 
 
 def _lines(path: Path) -> list[str]:
     try:
-        # Instruments write µ in their own 8 bits.
-        lines = path.read_text(encoding="utf-8-sig", errors="replace").split("\n")
+        raw = path.read_bytes()
     except OSError as error:
         raise UserError(f"can't read {path}: {error.strerror}") from error
+    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        text = raw.decode("utf-16", errors="replace")
+    elif raw[:200].count(b"\0") > 0.3 * len(raw[:200]):
+        text = raw.decode("utf-16-le" if raw[1:2] == b"\0" else "utf-16-be", errors="replace")
+    else:
+        try:
+            text = raw.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            text = raw.decode("cp1252", errors="replace")  # instruments write µ in 8 bits
+    lines = re.split(r"\r*\n|\r", text)
     if max(map(len, lines)) > (most := csv.field_size_limit()):
         raise UserError(f"can't read {path}: a line has more than {most} characters")
     return lines
 
 
-def _data(line: str) -> str:
-    """A line without its comment; empty if there is nothing in it but delimiters."""
-    line = line.partition("#")[0]
-    return line.strip(" ") if line.strip(" \t;,") else ""
-
-
-def _mark(line: str) -> str | None:
-    return next((mark for mark in "\t;," if mark in _data(line)), None)
-
-
-def _cells(line: str) -> list[str]:
-    """Cells of a line; a mark at its end begins none."""
-    mark = _mark(line)
+def _split(line: str, mark: str | None) -> list[str]:
+    """Cells of a line; a comment behind numbers is left out, and a mark at its end begins none."""
+    if "#" in line:
+        before = line.partition("#")[0]
+        if not before.strip() or all(
+            map(_looks_numeric, re.split(r"[\t;, ]+", before.strip('"\t;, ').replace('"', "")))
+        ):
+            line = before
+    if not line.strip("\t;, "):
+        return []
     if mark is None:
-        return _data(line).split()
-    row = [cell.strip() for cell in next(csv.reader([_data(line)], delimiter=mark))]
-    return row if row[-1] else row[:-1]
+        return line.split()
+    row = next(csv.reader([line], delimiter=mark)) if '"' in line else line.split(mark)
+    row = [cell.strip(" ") for cell in row]
+    while row and not row[-1]:
+        row.pop()
+    return row
 
 
-def _is_number(text: str, mark: str | None) -> bool:
+def _looks_numeric(cell: str) -> bool:
+    number, _, unit = cell.partition(" ")
+    if unit and symbol_of(unit) in SYMBOLS and not unit.isdigit():
+        cell = number  # 95.3 mph
+    return any(c.isdigit() for c in cell) and any(one.fullmatch(cell) for one in _NUMBER.values())
+
+
+def _delimited(lines: Sequence[str]) -> tuple[str | None, list[list[str]]]:
+    """The delimiter by which most cells are numbers, and the cells of all lines."""
+    step = max(1, len(lines) // _LOOKED_AT)
+    looked_at = [line for line in lines if line.strip()]
+    looked_at = looked_at[len(looked_at) // 2 :: step]  # what is above the rows doesn't count
+
+    def score(mark: str | None) -> tuple[float, int]:
+        rows = [[cell for cell in _split(line, mark) if cell] for line in looked_at]
+        numbers = sum(_looks_numeric(cell) for row in rows for cell in row)
+        # Lines without any number are headers.
+        every = sum(len(row) for row in rows if any(map(_looks_numeric, row)))
+        return numbers / max(every, 1), numbers
+
+    mark = max(("\t", ";", ",", None), key=score)
+    return mark, [_split(line, mark) for line in lines]
+
+
+def _decimal(cells: Sequence[str], mark: str | None) -> str:
+    """The decimal mark, by what can't be a mark of thousands."""
+    commas = [cell for cell in cells if "," in cell]
+    if not commas:
+        return "."
+    if any(cell.rfind(".") > cell.rfind(",") for cell in commas):
+        return "."
+    thousands = all(re.fullmatch(r"[-+]?[1-9]\d{0,2}(,\d{3})+", cell) for cell in commas)
+    points = any("." in cell and "," not in cell for cell in cells)
+    return "." if thousands and (points or mark == "," or len(commas) < 0.5 * len(cells)) else ","
+
+
+def _value(cell: str, decimal: str) -> float:
     try:
-        float(text if mark == "," else text.replace(",", "."))
+        return float(cell if decimal == "." else cell.replace(",", ".") if "." not in cell else "?")
     except ValueError:
-        return False
-    return True
+        if any(c.isdigit() for c in cell) and _NUMBER[decimal].fullmatch(cell):
+            return float(cell.translate(_PLAIN[decimal]))
+        # 95.3 mph in a column of such cells.
+        number, _, unit = cell.partition(" ")
+        if unit and not any(c.isdigit() for c in unit) and symbol_of(unit) in SYMBOLS:
+            return _value(number, decimal)
+        raise
 
 
-def _numeric(line: str) -> set[int]:
-    """The numbers of the columns that hold a number."""
-    return {n for n, cell in enumerate(_cells(line)) if _is_number(cell, _mark(line))}
+def _plain(name: str) -> str:
+    return re.sub(r"[^a-z0-9σ]", "", name.lower())
 
 
-def _header(lines: Sequence[str], names: set[str]) -> tuple[list[Head], int, str]:
-    """Heads of the columns, if there are any, the first line of data, and the header as written.
-
-    The header is the last line above the data with all of these names, or else with as many cells
-    as the data; it may be a comment, and a line of units may be below it.
-    """
-    first = next((n for n, line in enumerate(lines) if _begins_data(lines[n:])), len(lines))
-    texts = {n: text for n, line in enumerate(lines[:first]) if _data(text := line.strip("#%/ \r"))}
-    units = _units(_cells(texts[max(texts)])) if texts else []
-    below = f" / {texts.popitem()[1]}" if units else ""
-    count = len(_cells(lines[first])) if first < len(lines) else None
-
-    def likeness(n: int) -> tuple[bool, bool, int]:
-        cells = _cells(texts[n])
-        return names <= {_head(cell).name for cell in cells}, count in (None, len(cells)), n
-
-    at = max(texts, key=likeness, default=-1)
-    if at < 0 or not any(likeness(at)[:2]):
-        return [], first, ""
-    heads = [_head(cell) for cell in _cells(texts[at])]
-    if units:
-        heads = [Head(_head(cell).name, unit) for cell, unit in zip(_cells(texts[at]), units)]
-    return heads, first, texts[at] + below
+def _unit(text: str) -> str:
+    """A unit's symbol, from a symbol or a word, perhaps in brackets."""
+    text = text.strip().strip("[]() ")
+    return _WORDS.get(text.lower().removesuffix("s"), "mV" if text == "MV" else text)
 
 
-def _begins_data(lines: Sequence[str]) -> bool:
-    """Whether rows of two numbers or more begin here; beside text they must be alike."""
-    numeric = _numeric(lines[0])
-    if len(numeric) < len(_cells(lines[0])):
-        numeric = set.intersection(*(_numeric(line) for line in lines[:_ALIKE] if _data(line)))
-    return len(numeric) > 1
+def _known(text: str) -> bool:
+    return symbol_of(_unit(text)) in SYMBOLS or _unit(text).replace("v", "V") in _VOLTS
 
 
 def _head(cell: str) -> Head:
-    name, unit, match = cell.strip(), "", _HEAD.fullmatch(cell.strip())
-    if match and (match[4] is None or symbol_of(match[4]) in SYMBOLS):
-        name, unit = match[1], (match[2] or match[3] or match[4] or "").strip()
-    return Head(_ALIASES.get(name.strip().lower(), name.strip().lower()), unit)
+    """Name and unit: `time [ms]`, `F/kN`, `t_us`, `Time (s) Run #1`."""
+    cell = cell.strip().strip('"')
+    brackets = [*re.finditer(r"[\[(]([^\])]*)[\])]", cell)]
+    if brackets:
+        one = next((b for b in reversed(brackets) if _known(b[1])), brackets[-1])
+        name = (cell[: one.start()] + cell[one.end() :]).strip()
+        return name, _unit(one[1])
+    match = re.fullmatch(r"(.+?)\s*[/_ ,]\s*([^/_ ,]+(?:/[^/_ ]+)?)", cell)
+    if match and _known(match[2]) and not re.fullmatch(r"x-axis|[a-z]+ \d+", cell, re.I):
+        return match[1].strip(), _unit(match[2])
+    return cell, ""
 
 
-def _units(cells: Sequence[str]) -> list[str]:
-    """The cells of a line of units; none if it isn't one."""
-    cells = [cell.strip("[]() ") for cell in cells]
-    cells = [_WORDS.get(cell.lower().removesuffix("s"), cell) for cell in cells]
-    known = any(symbol_of(cell) in SYMBOLS or cell in _VOLTS for cell in cells)
-    return cells if known and not any(_is_number(cell, None) for cell in cells) else []
+def _header(
+    above: Sequence[str],
+    mark: str | None,
+    count: int,
+    wanted: Sequence[Column],
+    chosen: Sequence[str],
+) -> tuple[list[Head], str, str]:
+    """Heads of the columns, the header as written, and the last line with letters."""
+    texts, letters = [], ""
+    for line in above[-500:]:
+        text = line.strip("\r ").lstrip("#%!/ ")
+        if not text.strip("\t;, "):
+            continue
+        if re.search(r"[^\W\d_]", text) and not line.lstrip().startswith(("#", "%", "//", "!")):
+            letters = text.strip()
+        for other in (mark, "\t", ";", ","):
+            row = _split(text.replace("#", "\0"), other)
+            row = [cell.replace("\0", "#") for cell in row]
+            if other is None:
+                row = re.split(r"\s+(?![\[(])", text.strip())
+            if other == mark and len(row) >= count or len(row) == count:
+                texts.append((text.strip(), row))
+                break
+    rows = [(text, row) for text, row in texts if not all(map(_looks_numeric, row))]
+    units: list[str] = []
+    if (
+        rows
+        and any(map(_known, rows[-1][1]))
+        and all(_known(c) or _unit(c).lower() in _OTHER or _looks_numeric(c) for c in rows[-1][1])
+    ):
+        text, units = rows.pop()
+        letters = letters if rows else ""
+    needed = [one for one in wanted if not one.optional]
+    picked = {_plain(_head(one)[0]) for one in chosen if not _head(one)[0].isdigit()} - {"row"}
+    names = [
+        (text, row) for text, row in rows
+        if (picked and picked <= {_plain(_head(cell)[0]) for cell in row})
+        or all(any(_matches(one, _head(cell)[0]) for cell in row) for one in needed)
+    ]  # fmt: skip
+    if units and not names and (not rows or picked <= {_plain(cell) for cell in units}) and picked:
+        return [(cell, _unit(cell)) for cell in units], text, ""  # `Second,Volt` are both
+    names = names or [
+        (text, row) for text, row in rows if not any(map(_looks_numeric, row[1:]))
+    ] or [(text, row) for text, row in rows[-1:] if units]  # fmt: skip
+    if not names:
+        if units:
+            return [(cell, _unit(cell)) for cell in units], text, ""
+        return [], "", letters
+    header, row = names[-1]
+    heads = [_head(cell) for cell in row]
+    if units:
+        below = [_unit(cell) if _known(cell) else "" for cell in units]
+        heads = [
+            (name, unit or (below[n] if n < len(below) else ""))
+            for n, (name, unit) in enumerate(heads)
+        ]
+        header += f" / {text}"
+    return heads, header, ""
+
+
+def _matches(one: Column, name: str) -> bool:
+    if _plain(name) in one.heads:
+        return True
+    words = re.findall(r"[a-z0-9σ]+", name.lower())
+    return one in (TIME, FORCE, SIGMA, COR) and any(w in one.heads and len(w) > 1 for w in words)
+
+
+def _place(
+    one: Column, given: str, heads: Sequence[Head], wanted: Sequence[Column], texts: Sequence[str]
+) -> int | str | None:
+    """The number of a column; None if there is none, how many there are if not one."""
+    if given:
+        if given == "row":
+            return -1 if one is TIME else None
+        found = [n for n, (name, _) in enumerate(heads) if name and _plain(name) == _plain(given)]
+        if not found and given.isdigit() and 0 < int(given) <= len(heads):
+            found = [int(given) - 1]
+    else:
+        others = [other for other in wanted if other is not one]
+        exact = [n for n, (name, _) in enumerate(heads) if _plain(name) in one.heads]
+        if one in (CLUB, BALL):
+            exact = [
+                n
+                for n in exact
+                if _plain(heads[n][0]) != one.heads[-1]
+                or SYMBOLS.get(symbol_of(heads[n][1]), ("",))[0] == "m/s"
+                or one is BALL
+            ]
+        found = exact[:1] if exact and one in (CLUB, BALL) else exact or [
+            n for n, (name, _) in enumerate(heads)
+            if _matches(one, name) and not any(o.optional and _matches(o, name) for o in others)
+        ]  # fmt: skip
+        if not found and one in (TIME, FORCE):
+            found = [
+                n
+                for n, (_, unit) in enumerate(heads)
+                if SYMBOLS.get(symbol_of(unit), ("",))[0] == one.unit
+            ]
+            found = found if len(found) == 1 else []
+        if not found and one is TIME:
+            found = [n for n, (name, _) in enumerate(heads[:1]) if _plain(name) in _COUNTS]
+    return None if not found else found[0] if len(found) == 1 else str(len(found))
+
+
+def _time_unit(text: str) -> bool:
+    return SYMBOLS.get(symbol_of(text), ("",))[0] == "s"
+
+
+def _counts(cells: Sequence[list[str]], rows: Sequence[int], place: int, decimal: str) -> bool:
+    """Whether a column counts rows."""
+    try:
+        some = [_value(cells[n][place], decimal) for n in rows[:50]]
+    except (ValueError, IndexError):
+        return False
+    return len(some) > 1 and some[0] in (0.0, 1.0) and set(np.diff(some)) == {1.0}
+
+
+def _sampling(above: Sequence[str], mark: str | None) -> tuple[float, float] | None:
+    """Time between rows and start, s, as lines above the rows say; None if none does."""
+    found: dict[str, float] = {}
+    pairs: list[tuple[str, str]] = []
+    before: list[str] = []
+    for line in above:
+        cells = [
+            cell.strip(' "') for cell in re.split(r"[\t;,]" if mark != ";" else r"[\t;]", line)
+        ]
+        pairs += [(c, " ".join(cells[n + 1 : n + 3])) for n, c in enumerate(cells[:-1])]
+        pairs += [
+            (m[1], m[2])
+            for m in re.finditer(
+                r"([A-Za-z_][\w .]*?(?:\s*[\[(][^\])]*[\])])?)\s*[=:]\s*([-+\d.].*?)(?=[,;\t]|$)",
+                line,
+            )
+        ]
+        pairs += [*zip(before, cells)]  # `Start,Increment` above their numbers
+        before = cells
+    for key, text in pairs:
+        name, unit = _head(key)
+        key = re.sub(r"[^a-z0-9]", "", name.lower())
+        number = re.match(r"[\"\s:=]*([-+]?[\d.,]+(?:[eE][-+]?\d+)?)\s*\"?\s*([^\s,;\"]*)", text)
+        if not number or not re.search(r"\d", number[1]) or ":" in text:
+            continue
+        try:
+            value = _value(number[1], "." if "." in number[1] or "," not in number[1] else ",")
+        except ValueError:
+            continue
+        symbol = _unit(unit or number[2])
+        size = SYMBOLS[symbol_of(symbol)][1] if _time_unit(symbol) else 1.0
+        if _STEPS.fullmatch(key) and value > 0.0:
+            found.setdefault("step", value * size)
+        elif _RATES.fullmatch(key) and value > 0.0:
+            prefix = {"k": 1e3, "m": 1e6, "g": 1e9}.get(symbol[:1].lower(), 1.0)
+            found.setdefault("rate", value * (prefix if symbol.lower() not in ("", "s") else 1.0))
+        elif _STARTS.fullmatch(key):
+            found.setdefault("start", value * size)
+    step = found.get("step") or (1.0 / found["rate"] if "rate" in found else 0.0)
+    return (step, found.get("start", 0.0)) if step else None
 
 
 def _factor(given: str, own: str, unit: str) -> float:
     """From a column's given or own unit to the SI unit; 0 if it has another one.
 
     A sensitivity, 2 kN/V or 10 mV/N, is that of a sensor whose column is in V, or in mV by its own
-    unit.
+    unit; a number before a unit is a factor, 1.6 us.
     """
-    sizes = {symbol: size for symbol, (si, size) in SYMBOLS.items() if si == unit}
-    symbol = symbol_of(given or own or unit)
-    if symbol in sizes:
-        return sizes[symbol]
-    number, over, under = _RATIO.fullmatch(symbol).groups()  # type: ignore[union-attr]
-    size = float(number) if number.strip(".") else 1.0
-    if not under:
-        return size * sizes.get(over or unit, 0.0)
-    if over in sizes and under in _VOLTS:
-        return size * sizes[over] / _VOLTS[under] * _VOLTS.get(own, 1.0)
-    if over in _VOLTS and under in sizes:
-        return sizes[under] / (size * _VOLTS[over]) * _VOLTS.get(own, 1.0)
+    text = (given or own or unit).strip()
+    match = re.fullmatch(r"([-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?)?\s*(.*)", text)
+    number, rest = (match[1], match[2]) if match else (None, text)
+    if rest == "" and text == "1":
+        number, rest = None, "1"
+    size = float(number.replace(",", ".")) if number else 1.0
+
+    def si(symbol: str) -> float:
+        symbol = {"lb": "lbf", "lbs": "lbf"}.get(symbol.lower(), symbol) if unit == "N" else symbol
+        found, factor = SYMBOLS.get(symbol_of(_unit(symbol)), ("", 0.0))
+        return factor if found == unit else 0.0
+
+    if si(rest):
+        return size * si(rest)
+    over, _, under = (part.strip() for part in rest.partition("/"))
+    volts = {name.lower(): factor for name, factor in _VOLTS.items()}
+    signal = volts.get(_unit(own).lower(), 1.0)
+    if si(over) and _unit(under).lower() in volts:
+        return size * si(over) / volts[_unit(under).lower()] * signal
+    if _unit(over).lower() in volts and si(under) and size:
+        return si(under) / (size * volts[_unit(over).lower()]) * signal
     return 0.0

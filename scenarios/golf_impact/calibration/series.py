@@ -108,6 +108,8 @@ class Series:
     y: np.ndarray
     sigma: np.ndarray | None = None  #: of y; None if it follows from the residuals
     step: float = 0.0  #: the resolution of y
+    notes: tuple[str, ...] = ()  #: what was changed, left out or is missing, in sentences
+    clipped: bool = False  #: whether rows at a sensor's limit are left out
 
     @property
     def signal(self) -> np.ndarray:
@@ -133,7 +135,6 @@ class Curve(Series):
 
     impact: Mapping[str, float] = field(default_factory=IMPACT.copy)
     suffix: str = ""  #: of its own parameters: touch_2
-    notes: tuple[str, ...] = ()  #: what was changed or is missing, in sentences
     origin: float = 0.0  #: the instant of the first row in contact, s
     #: Offset at `origin` (N) and drift (N/s) of the sensor, as far as it has them, by the rows
     #: before and after contact.
@@ -161,6 +162,8 @@ class Curve(Series):
 
     def rows(self, chosen: slice | np.ndarray, **changes: Any) -> Curve:
         sigma = self.sigma if self.sigma is None else self.sigma[chosen]
+        places, where = np.arange(len(self.x))[chosen], self.where
+        changes = {"where": lambda row: where(int(places[row])), **changes}
         return replace(self, x=self.x[chosen], y=self.y[chosen], sigma=sigma, **changes)
 
     def thinned(self, rows: int) -> Curve:
@@ -204,16 +207,23 @@ def conditioned(curve: Curve, baseline: str) -> Curve:
 
     UserError: it is not the curve of a contact, or its impulse isn't possible.
     """
-    x, y, notes = curve.x, curve.y, []
+    x, y, notes = curve.x, curve.y, [*curve.notes]
     if (backward := np.flatnonzero(np.diff(x) <= 0.0)).size:
         n = int(backward[0]) + 1
         what = f"time = {x[n]:g} s isn't after {x[n - 1]:g} s"
-        raise UserError(f"{curve.where(n)}: {what}; sort the rows by time and remove duplicates")
+        how = "sort the rows by time and remove duplicates"
+        if x[n] <= x[0] + 0.01 * abs(x[n - 1] - x[0]):
+            how = "a further segment begins there: save one segment as a file"
+        raise UserError(f"{curve.where(n)}: {what}; {how}")
     few = max(1, min(len(y) // 20, 1000))
     ends = np.array([np.median(y[:few]), np.median(y[-few:])])
     if ends.max() - y.min() > y.max() - ends.min():
         y, ends = -y, -ends
         notes.append("the force is negative; its sign was changed")
+    if (cut := _first_pulse(x, y - ends.min())) is not None:
+        # Each pulse has its own approach speed.
+        notes.append(f"a second pulse from {x[cut]:.4g} s on is left out")
+        curve, x, y = curve.rows(slice(cut)), x[:cut], y[:cut]
     inside = np.flatnonzero(y - ends.min() > 0.25 * (y.max() - ends.min()))
     origin, lasting = (float(x[inside[0]]), float(np.ptp(x[inside]))) if len(inside) else (0.0, 0.0)
     outside = before = x < origin - 0.25 * lasting
@@ -247,15 +257,48 @@ def conditioned(curve: Curve, baseline: str) -> Curve:
     near = np.count_nonzero(y > y.max() - 1.5 * step)
     if top.sum() >= max(4, 0.1 * len(inside)) and top.sum() > 0.8 * near:
         notes.append(f"{top.sum()} rows at the largest force are left out: clipped")
-        curve = curve.rows(~top)
+        curve = curve.rows(~top, clipped=True)
     for at, what in ((slice(3), "begins"), (slice(-3, None), "ends")):
         share = np.median(force[at]) / force[peak]
         if share > 0.1:
             percent = f"{100.0 * share:.0f} % of the largest force"
             notes.append(f"the record {what} in contact, at {percent}")
-    curve = replace(curve, notes=tuple(notes), step=step)
+            curve = replace(curve, clipped=True)
     _check_impulse(curve)
+    if lasting < 30.0 * curve.spacing:
+        notes.append(
+            f"only {len(inside)} rows in contact: a filter of 10 kHz takes 10 % of k, 20 kHz is fine"
+        )
+    curve = replace(curve, notes=tuple(notes), step=step)
     return curve
+
+
+def _first_pulse(x: np.ndarray, y: np.ndarray) -> int | None:
+    """The row at which a record with a second pulse is cut; None if there is only one.
+
+    UserError: the second one follows without a pause at zero.
+    """
+    high = y > 0.25 * y.max()
+    # A pulse ends below a tenth of the largest force.
+    low, starts, stops, within = y < 0.1 * y.max(), [], [], False
+    for n in np.flatnonzero(high | low).tolist():
+        if within != bool(high[n]):
+            (starts if high[n] else stops).append(n)
+            within = bool(high[n])
+    stops += [len(y)] * (len(starts) > len(stops))
+    lengths = [stop - start for start, stop in zip(starts, stops)]
+    long = [n for n, length in enumerate(lengths) if length >= max(5, 0.2 * max(lengths))]
+    if len(long) < 2 or x[-1] - x[0] > 20.0:
+        return None
+    first, second = long[:2]
+    pause = slice(stops[first], starts[second])
+    quiet = np.count_nonzero(low[pause])
+    if quiet >= max(3, 0.1 * lengths[first]):
+        return int(starts[second] - max(1, quiet // 4))
+    raise UserError(
+        f"two pulses, at {x[starts[first]]:.4g} and {x[starts[second]]:.4g} s, without a pause at "
+        "zero between them: cut the record: --window 0:2ms"
+    )
 
 
 def _scatter(x: np.ndarray, y: np.ndarray) -> float:
@@ -295,7 +338,7 @@ def _check_impulse(curve: Curve) -> None:
     impulse -= pushed * (last - first) * reduced / m_club
     ratio = impulse / (reduced * speed)
     # An incomplete record has less.
-    if (0.5 if curve.notes else 0.95) < ratio < 2.05:
+    if (0.5 if curve.clipped else 0.95) < ratio < 2.05:
         return
     hints = [
         f"{speed:g} looks like {symbol}: write --club-speed {speed:g}{symbol}"

@@ -10,8 +10,8 @@ from golf_impact.errors import UserError
 
 EPILOG = (
     "Examples: golf-impact calibrate --curve force.csv@95mph --m-club 200g · golf-impact "
-    "calibrate --cor-speeds cor.csv --save mine.toml · golf-impact calibrate --cor 0.743 "
-    "--contact-time 600us"
+    "calibrate --shots shots.csv --m-club 200g --save mine.toml · golf-impact calibrate --measured "
+    "cor=0.743 --measured contact_time=600us"
 )
 
 _CURVE = (
@@ -19,22 +19,19 @@ _CURVE = (
     "of time. Repeatable, each with its speed: FILE.csv@40."
 )
 _COLUMNS = (
-    "Columns of curves by name or number, with units or a sensor's sensitivity: 't [ms],F [kN]', "
+    "Columns of the file by name or number, with units or a sensor's sensitivity: 't [ms],F [kN]', "
     "'TIME [s],CH2 [2 kN/V]'."
 )
 _SPEEDS = "COR at several speeds: approach_speed,cor or approach_speed,cor,sigma; fits a line."
 _MEASURED = (
     "A measured output of the FMU, and its standard deviation (1 % if omitted): "
-    "max_force=6.6±0.1kN, also with +-; repeatable. So are the values of the next options."
+    "max_force=6.6±0.1kN, also with +-; repeatable."
 )
-_AFTER = "Measured after the impact."
-_CSV = "Scalars as a CSV file: target,value,sigma, with names as above; options override it."
+_SHOTS = "Club and ball speed of shots, a CSV file of a launch monitor: COR over speed."
+_WINDOW = "Instants between which the rows of curves count, by their clock: 0:2ms."
 _BASELINE = "The sensor's offset, or drift too; rows outside contact decide, if omitted."
 _FIX = "A parameter that isn't fitted: n=1.5; repeatable."
 _PRIOR = "A parameter of law or impact that is known beforehand: m_club=0.2±0.002; repeatable."
-_PROFILE = "95 % intervals by the rise of χ² (lmfit's conf_interval), not by standard errors."
-_REFERENCE = "Compression for which k and b are given."
-_PREDICT = "Club speed to predict S, COR, ball speed at; repeatable."
 _SAVE = "Save the ball as FILE.toml, for --ball FILE.toml."
 _SPEED = "At touch; needed with --curve, else 35."
 _CLUB = "Club head; needed with --curve, else 0.210."
@@ -43,34 +40,50 @@ _File = Path | None
 _Value = str | None
 _Values = list[str] | None
 
+#: Options that were: their values are given with --measured now, or what takes their place.
+_Old = Annotated[_Value, Option(hidden=True)]
+_MOVED = (
+    "cor", "contact_time", "ball_speed", "club_speed_after", "max_force", "time_of_max_force"
+)  # fmt: skip
+_GONE = {
+    "law": "law 2 (relative) is fitted, which conserves momentum",
+    "club_force": "a head is free while it meets the ball",
+    "reference_compression": "k and b hold at 0.005 m",
+    "csv": "give each value as --measured NAME=VALUE±σ",
+    "predict": "results at 30, 40 and 50 m/s are printed; others by golf-impact run --ball FILE",
+    "profile": "intervals of few rows follow from the rise of χ² without an option",
+}
+
 
 def calibrate(
     curve: Annotated[_Values, Option(metavar="FILE.csv[@SPEED]", help=_CURVE)] = None,
     columns: Annotated[str, Option(metavar="T,F", help=_COLUMNS)] = "",
     cor_speeds: Annotated[_File, Option(metavar="FILE.csv", help=_SPEEDS)] = None,
     measured: Annotated[_Values, Option(metavar="NAME=VALUE[±σ]", help=_MEASURED)] = None,
-    ball_speed: Annotated[_Value, Option(metavar="m/s", help=_AFTER)] = None,
-    club_speed_after: Annotated[_Value, Option(metavar="m/s", help=_AFTER)] = None,
-    cor: Annotated[_Value, Option(metavar="0..1", help="Coefficient of restitution.")] = None,
-    contact_time: Annotated[_Value, Option(metavar="s", help="Duration; 600e-6 is 600 µs.")] = None,
-    max_force: Annotated[_Value, Option(metavar="N", help="Largest contact force.")] = None,
-    time_of_max_force: Annotated[_Value, Option(metavar="s", help="Since first touch.")] = None,
+    shots: Annotated[_File, Option(metavar="FILE.csv", help=_SHOTS)] = None,
+    window: Annotated[_Value, Option(metavar="T0:T1", help=_WINDOW)] = None,
     club_speed: Annotated[_Value, Option(metavar="m/s", help=_SPEED)] = None,
     m_club: Annotated[_Value, Option(metavar="kg", help=_CLUB)] = None,
     m_ball: Annotated[_Value, Option(metavar="kg", help="Ball; 0.04593 if omitted.")] = None,
-    club_force: Annotated[_Value, Option(metavar="N", help="On the club head; else 0.")] = None,
-    csv: Annotated[_File, Option(metavar="FILE.csv", help=_CSV)] = None,
-    law: Annotated[int, Option(metavar="1|2", help="1 absolute, 2 relative.")] = 2,
     exponent: Annotated[str, Option(metavar="N|free", help="n of law 2; free fits it, too.")] = "1",
     baseline: Annotated[str, Option(metavar="zero|constant|linear", help=_BASELINE)] = "",
     fix: Annotated[_Values, Option(metavar="NAME=VALUE", help=_FIX)] = None,
     prior: Annotated[_Values, Option(metavar="NAME=VALUE±σ", help=_PRIOR)] = None,
-    reference_compression: Annotated[str, Option(metavar="m", help=_REFERENCE)] = "0.005",
-    profile: Annotated[bool, Option("--profile", help=_PROFILE)] = False,
-    predict: Annotated[_Values, Option(metavar="m/s", help=_PREDICT)] = None,
     save: Annotated[_File, Option(metavar="FILE.toml", help=_SAVE)] = None,
     folder: Out = RESULTS,
     figures: Annotated[bool, Option(help="Draw the figure.")] = True,
+    cor: _Old = None,
+    contact_time: _Old = None,
+    ball_speed: _Old = None,
+    club_speed_after: _Old = None,
+    max_force: _Old = None,
+    time_of_max_force: _Old = None,
+    law: _Old = None,
+    club_force: _Old = None,
+    reference_compression: _Old = None,
+    csv: _Old = None,
+    predict: _Old = None,
+    profile: Annotated[bool, Option("--profile", hidden=True)] = False,
 ) -> None:
     """Fit the parameters of a ball to measurements of an impact.
 
@@ -85,10 +98,14 @@ def calibrate(
 
     for name in ("save", "folder", "figures", "measured"):
         del values[name]
-    given = _pairs(measured, "measured", "cor=0.743±0.005")
-    if twice := [name for name in given if values.get(name) is not None]:
-        raise UserError(f"{twice[0]} is given twice: by --measured and by an option of its own")
-    values |= given
+    for name in (*_MOVED, *_GONE):
+        if (text := values.pop(name)) is None or text is False:
+            continue
+        option = f"--{name.replace('_', '-')}"
+        if name in _MOVED:
+            raise UserError(f"{option} is --measured {name}={text} now")
+        raise UserError(f"{option} is gone: {_GONE[name]}")
+    values |= _pairs(measured, "measured", "cor=0.743±0.005")
     values |= {"fix": _pairs(fix, "fix", "n=1.5"), "prior": _pairs(prior, "prior", "k=8e5±1e4")}
     data, picture = folder / "calibrate.json", folder / "calibrate.png"
     for path in filter(None, (data, picture if figures else None, save)):

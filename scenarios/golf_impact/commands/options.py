@@ -54,6 +54,13 @@ def take_conditions(balls: "Iterable[Ball]", given: Container[str]) -> dict[str,
     for one in balls:
         for words in remarks(one.values, "{} = "):
             warn(f"{one.name}: {words}", style="yellow")
+        for name in one.undetermined:
+            if name not in given:
+                warn(
+                    f"{one.name}: {name} is undetermined, force, contact time and compression don't "
+                    f"follow: give --set {name}=… for them.",
+                    style="yellow",
+                )
     conditions = conditions_of(balls, given)
     if conditions:
         say(f"Conditions of the ball's file: {format_options(conditions)}")

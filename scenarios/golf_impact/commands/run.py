@@ -101,7 +101,7 @@ def own_case(
     """Results and force of a case with each ball (or none); values (SI) override a ball's."""
     import numpy as np
 
-    from golf_impact.quantities import QUANTITIES, derived, describe
+    from golf_impact.quantities import QUANTITIES, NoValue, derived, describe
     from golf_impact.results import Result
     from golf_impact.runs import METRICS
 
@@ -113,7 +113,10 @@ def own_case(
     for one in chosen:
         name = one.name if one and len(balls) > 1 else "custom"
         given = {**(one.values if one else {}), **values}
-        result.cases[name] = impact(**given)
+        found = dict(impact(**given))
+        unknown = one.unknown(found, values) if one else []
+        found |= dict.fromkeys(unknown, NoValue("k undetermined"))
+        result.cases[name] = found
         shown, errors = derived(result.cases[name], given), {}
         if one and one.covariance:
             from golf_impact.intervals import result_intervals
@@ -127,13 +130,15 @@ def own_case(
         numbers = (
             q.format_value(shown[n], 1.96 * errors.get(n, 0.0)) for n, q in QUANTITIES.items()
         )
-        cells.append([describe(given), *numbers])
+        cells.append([describe(given) if not unknown else "k undetermined", *numbers])
+        if unknown:
+            continue
         path = impact.trajectory(**given)
         columns: Any = [*path.values()]
         types = [(key, float) for key in path]
         result.trajectories[Path(name).stem] = np.rec.fromarrays(columns, types)
         curves[f"{name}: {describe(given)}" if one else describe(given)] = path
-    if figures:
+    if figures and curves:
         result.figures["force"] = plot_forces(curves)
     labels = ["law, k, b", *(quantity.label for quantity in QUANTITIES.values())]
     what = ", ".join(f"{name} = {value:g}" for name, value in values.items())

@@ -132,6 +132,9 @@ def _quantity(name: str, **row: Any) -> dict[str, Any]:
 
 def _ball(ball: Ball) -> dict[str, Any]:
     shown = {key: vars(ball)[key] for key in ("name", "title", "source", "speeds", "limits")}
+    if ball.undetermined:
+        words = "k is undetermined: force, contact time and compression don't follow"
+        shown["limits"] = "; ".join(filter(None, (shown["limits"], words)))
     return {**shown, "values": {**{name: START[name] for name in _CONTACT}, **ball.values}}
 
 
