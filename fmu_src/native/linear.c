@@ -83,7 +83,10 @@ static Offsets offsets_of_real_rate(double p, double q, double zeta, double uneq
     x += x * more * span * (slow + x);
     for (int n = 0; n < STEPS; n++) {
         double rest = span - x, rate = slow + 2.0 * x, grow = less + (slow + x) * x;
-        double fall = rest * rate - grow - more, step = (rest * grow - more * x) / fall;
+        double fall = rest * rate - grow - more;
+        /* If it is 0 any step will do: one that leaves the bracket is replaced. */
+        if (!fall) fall = -1.0;
+        double step = (rest * grow - more * x) / fall;
         if (fabs(step) <= 3e-6 * x) {
             x -= step * (1.0 + step * (rest - rate) / fall);
             break;

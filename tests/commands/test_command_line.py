@@ -531,4 +531,4 @@ with Impact() as impact:
     done = run_python(
         code, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler)
     )
-    assert done.stdout == "interrupted 1.5641431548673967\n"
+    assert done.stdout == "interrupted 1.5641431548673965\n"

@@ -631,7 +631,8 @@ def offsets_of_real_rate(
     x += x * more * span * (slow + x)
     for _ in _STEPS:
         rest, rate, grow = span - x, slow + 2.0 * x, less + (slow + x) * x
-        fall = rest * rate - grow - more
+        # If it is 0 any step will do: one that leaves the bracket is replaced.
+        fall = rest * rate - grow - more or -1.0
         step = (rest * grow - more * x) / fall
         if abs(step) <= 3e-6 * x:
             x -= step * (1.0 + step * (rest - rate) / fall)
