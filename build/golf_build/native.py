@@ -140,7 +140,7 @@ class NativeBuilder(Builder):
 
     def digest(self) -> str:
         digest = hashlib.sha256(self._describe(""))
-        for name, data in sorted(self._sources("").items()):
+        for name, data in sorted((self._sources("") | self.documents()).items()):
             digest.update(name.encode() + b"\0" + hashlib.sha256(data).digest())
         return digest.hexdigest()
 
