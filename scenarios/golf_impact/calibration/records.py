@@ -292,6 +292,8 @@ def _delimited(lines: Sequence[str]) -> tuple[str | None, list[list[str]]]:
     looked_at = looked_at[len(looked_at) // 2 :: step]  # what is above the rows doesn't count
 
     def score(mark: str | None) -> tuple[float, int]:
+        if mark and not any(mark in line for line in looked_at):
+            return 0.0, 0
         rows = [[cell for cell in _split(line, mark) if cell] for line in looked_at]
         numbers = sum(_looks_numeric(cell) for row in rows for cell in row)
         # Lines without any number are headers.
@@ -375,7 +377,7 @@ def _header(
             row = [cell.replace("\0", "#") for cell in row]
             if other is None:
                 row = re.split(r"\s+(?![\[(])", text.strip())
-            if other == mark and len(row) >= count or len(row) == count:
+            if (other == mark and len(row) >= count) or len(row) == count:
                 texts.append((text.strip(), row))
                 break
     rows = [(text, row) for text, row in texts if not all(map(_looks_numeric, row))]
@@ -479,7 +481,8 @@ def _sampling(above: Sequence[str], mark: str | None) -> tuple[float, float] | N
     before: list[str] = []
     for line in above:
         cells = [
-            cell.strip(' "') for cell in re.split(r"[\t;,]" if mark != ";" else r"[\t;]", line)
+            cell.strip(' "')
+            for cell in re.split(r"[\t;,]" if mark in (",", None) else r"[\t;]", line)
         ]
         pairs += [(c, " ".join(cells[n + 1 : n + 3])) for n, c in enumerate(cells[:-1])]
         pairs += [

@@ -347,6 +347,8 @@ def _check_impulse(curve: Curve) -> None:
     ]
     if 1.0 < 1e3 * ratio < 2.0:
         hints.append("force looks like kN: write force [kN] in its header, or --columns")
+    if ratio > 2.0:
+        hints.append("if there are two pulses, cut the record: --window 0:2ms")
     hints.append(f"it fits club speeds of {speed * ratio / 2.0:.3g} to {speed * ratio:.3g} m/s")
     masses = [impulse / (speed * part) for part in (2.0, 1.0)]
     if masses[0] < m_ball:
