@@ -64,17 +64,17 @@ TABLES = {
     "sens e": ("t,F\n0,1\n1,2\n", "t [s],F [225e-2 mV/N]", [[0, 1], [444.444444, 888.888888]]),
     "run": ("Time (s) Run #1,Force (N) Run #1\n0,1\n1,2\n", "", [[0, 1], [1, 2]]),
     "sections": (
-        "Logger File\t\nWriter_Version\t2\nDecimal_Separator\t,\n***End_of_Header***\t\n\nChannels\t1\nDate\t2020/10/10\nTime\t14:22:33,123\nX_Dimension\tTime\nX0\t0,0E+0\nDelta_X\t1,0E-6\n***End_of_Header***\nX_Value\tVoltage\tComment\n0,000000\t0,5\t\n1,000E-6\t0,75\t\n",
+        "Logger File\t\nWriter_Version\t2\nDecimal_Separator\t,\n***End_of_Header***\t\n\nChannels\t1\nDate\t2020/10/10\nTime\t14:22:33,123\nX_Dimension\tTime\nX0\t0,0E+0\nDelta_X\t1,0E-6\n***End_of_Header***\nX_Value\tVoltage\tComment\n0,000000\t0,5\t\n1,000E-6\t0,75\t\n",  # noqa: E501
         "X_Value,Voltage [2 kN/V]",
         [[0, 1e-6], [1000, 1500]],
     ),
     "sections nox": (
-        "Logger File\t\nX0\t1,0E-3\nDelta_X\t1,0E-6\n***End_of_Header***\nX_Value\tForce [N]\tComment\n\t0,5\n\t0,75\n",
+        "Logger File\t\nX0\t1,0E-3\nDelta_X\t1,0E-6\n***End_of_Header***\nX_Value\tForce [N]\tComment\n\t0,5\n\t0,75\n",  # noqa: E501
         "",
         [[1e-3, 1.001e-3], [0.5, 0.75]],
     ),
     "words": (
-        "Record Length,Analog:3500\nSample Interval,Analog:2.0E-7\nVertical Units,CH1:V\nSource,CH1\nSecond,Volt\n0.1,0.5\n0.2,1\n",
+        "Record Length,Analog:3500\nSample Interval,Analog:2.0E-7\nVertical Units,CH1:V\nSource,CH1\nSecond,Volt\n0.1,0.5\n0.2,1\n",  # noqa: E501
         "Second,Volt [2 kN/V]",
         [[0.1, 0.2], [1000, 2000]],
     ),
