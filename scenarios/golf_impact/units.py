@@ -45,7 +45,7 @@ REMARKABLE = {
 
 
 def symbol_of(text: str) -> str:
-    """A unit as in `SYMBOLS`, from usual spellings: µs (of any or a broken encoding), N·s/m, MPH."""
+    """A unit as in `SYMBOLS`, from usual spellings: µs (of any encoding), N·s/m, MPH."""
     symbol = re.sub(r"[µμ\ufffd]", "u", re.sub(r"[.·*\s]", "", text))
     return symbol if symbol in SYMBOLS else _FOLDED.get(symbol.lower()) or symbol
 

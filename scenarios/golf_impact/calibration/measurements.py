@@ -262,7 +262,7 @@ def _read_shots(path: Any, columns: str, impact: Mapping[str, float]) -> Series:
     if not kept.all():
         places = ", ".join(str(n + 1) for n in np.flatnonzero(~kept)[:10])
         notes.append(
-            f"{np.count_nonzero(~kept)} of {len(kept)} shots are left out as mishits: COR more than "
+            f"{np.count_nonzero(~kept)} of {len(kept)} shots are left out as mishits: COR more than "  # noqa: E501
             f"{limit:.2g} (three robust standard deviations) from the line of the others, or "
             f"impossible (shots {places})"
         )

@@ -137,7 +137,7 @@ def read_table(
         advice = f"; expected {names}; choose columns by name or number: --columns '1 [mph],2'"
     if letters and not heads and not chosen and not sampling:
         raise UserError(
-            f"{path} is refused: the line {letters!r} above its numbers is no header of {count} columns{advice}"
+            f"{path} is refused: the line {letters!r} above its numbers is no header of {count} columns{advice}"  # noqa: E501
         )
     heads = heads or [("", "")] * count
     if not header and not chosen and count == sum(not one.optional for one in wanted):
@@ -152,12 +152,16 @@ def read_table(
     )
     if len(texts) == 1 and len(wanted) > 1 and wanted[0] is TIME and sampling:
         texts.insert(0, "row")
-    columns, bare, bad, clipped, counts = {}, [], {}, {}, False
+    columns: dict[str, np.ndarray] = {}
+    bad: dict[int, tuple[int, str, str]] = {}
+    clipped: dict[int, None] = {}
+    bare: list[str] = []
+    counts = False
     for n, one in enumerate(wanted):
         given = _head(texts[n]) if n < len(texts) else ("", "")
         if texts and not given[0] and (n >= len(texts) and one.optional):
             continue
-        place = _place(one, given[0], heads, wanted, texts)
+        place = _place(one, given[0], heads, wanted)
         if place is None and one is TIME and (sampling or given[0] == "row"):
             place = -1
         if (
@@ -172,7 +176,7 @@ def read_table(
             continue
         if place is None or isinstance(place, str):
             raise UserError(
-                f"{path} is refused: {place or 'no'} column{'s' * bool(place)} {given[0] or one.name}; {have}{advice}"
+                f"{path} is refused: {place or 'no'} column{'s' * bool(place)} {given[0] or one.name}; {have}{advice}"  # noqa: E501
             )
         own = heads[place][1] if place >= 0 else ""
         if not own and place >= 0 and rows and place < len(cells[rows[0]]):
@@ -208,7 +212,7 @@ def read_table(
             factor, counts = 1.0, True
         elif counted and not given[1] and not own and heads[place][0] in _COUNTS:
             raise UserError(
-                f"{path} is refused: column {header.split(mark or ' ')[place]!r} counts rows: give the time between them: --columns '{place + 1} [1.2 us],{place + 2} [N]'"
+                f"{path} is refused: column {header.split(mark or ' ')[place]!r} counts rows: give the time between them: --columns '{place + 1} [1.2 us],{place + 2} [N]'"  # noqa: E501
             )
         columns[one.name] = values * factor
         if not given[1] and not own and not counts and one.unit != "1":
@@ -219,10 +223,10 @@ def read_table(
         place, name, cell = bad[at]
         if len(bad) > missing * len(rows):
             why = "a clock time: give seconds" if _CLOCK.fullmatch(cell) else "it must be a number"
-            what = f"{path}, line {rows[at] + 1}, column {place + 1} ({name}): {cell!r} is refused: {why}"
+            what = f"{path}, line {rows[at] + 1}, column {place + 1} ({name}): {cell!r} is refused: {why}"  # noqa: E501
             raise UserError(what + (f"; {len(bad)} rows can't be read" if len(bad) > 1 else ""))
         notes.append(
-            f"{len(bad)} unreadable row{'s' * (len(bad) > 1)} left out, the first in line {rows[at] + 1}"
+            f"{len(bad)} unreadable row{'s' * (len(bad) > 1)} left out, the first in line {rows[at] + 1}"  # noqa: E501
         )
     if clipped:
         notes.append(f"{len(clipped)} rows at a mark of overflow are left out: clipped")
@@ -292,6 +296,10 @@ def _delimited(lines: Sequence[str]) -> tuple[str | None, list[list[str]]]:
     looked_at = looked_at[len(looked_at) // 2 :: step]  # what is above the rows doesn't count
 
     def score(mark: str | None) -> tuple[float, int]:
+        if mark and not any(mark in line for line in looked_at):
+            return 0.0, 0
+        if mark is None and not any(len(line.split()) > 1 for line in looked_at):
+            return 0.0, 1  # one column, unless another mark is there
         rows = [[cell for cell in _split(line, mark) if cell] for line in looked_at]
         numbers = sum(_looks_numeric(cell) for row in rows for cell in row)
         # Lines without any number are headers.
@@ -375,7 +383,7 @@ def _header(
             row = [cell.replace("\0", "#") for cell in row]
             if other is None:
                 row = re.split(r"\s+(?![\[(])", text.strip())
-            if other == mark and len(row) >= count or len(row) == count:
+            if (other == mark and len(row) >= count) or len(row) == count:
                 texts.append((text.strip(), row))
                 break
     rows = [(text, row) for text, row in texts if not all(map(_looks_numeric, row))]
@@ -423,7 +431,7 @@ def _matches(one: Column, name: str) -> bool:
 
 
 def _place(
-    one: Column, given: str, heads: Sequence[Head], wanted: Sequence[Column], texts: Sequence[str]
+    one: Column, given: str, heads: Sequence[Head], wanted: Sequence[Column]
 ) -> int | str | None:
     """The number of a column; None if there is none, how many there are if not one."""
     if given:
@@ -479,7 +487,8 @@ def _sampling(above: Sequence[str], mark: str | None) -> tuple[float, float] | N
     before: list[str] = []
     for line in above:
         cells = [
-            cell.strip(' "') for cell in re.split(r"[\t;,]" if mark != ";" else r"[\t;]", line)
+            cell.strip(' "')
+            for cell in re.split(r"[\t;,]" if mark in (",", None) else r"[\t;]", line)
         ]
         pairs += [(c, " ".join(cells[n + 1 : n + 3])) for n, c in enumerate(cells[:-1])]
         pairs += [

@@ -87,6 +87,8 @@ def sentences(fit: Any) -> list[str]:
         words.append(
             f"Residuals of the {name} are correlated ({r:.2f}): the law misses its shape, or the "
             f"noise is correlated; standard errors are {errors}."
+            + " Try --exponent free."
+            * (fit.law.exponent is not None)
         )
     if fit.chance_apart < 0.05:
         chance = "1 %" if fit.chance_apart < 0.01 else "5 %"

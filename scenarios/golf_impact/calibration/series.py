@@ -267,10 +267,9 @@ def conditioned(curve: Curve, baseline: str) -> Curve:
     _check_impulse(curve)
     if lasting < 30.0 * curve.spacing:
         notes.append(
-            f"only {len(inside)} rows in contact: a filter of 10 kHz takes 10 % of k, 20 kHz is fine"
+            f"only {len(inside)} rows in contact: a filter of 10 kHz takes 10 % of k, 20 kHz is fine"  # noqa: E501
         )
-    curve = replace(curve, notes=tuple(notes), step=step)
-    return curve
+    return replace(curve, notes=tuple(notes), step=step)
 
 
 def _first_pulse(x: np.ndarray, y: np.ndarray) -> int | None:
@@ -280,7 +279,9 @@ def _first_pulse(x: np.ndarray, y: np.ndarray) -> int | None:
     """
     high = y > 0.25 * y.max()
     # A pulse ends below a tenth of the largest force.
-    low, starts, stops, within = y < 0.1 * y.max(), [], [], False
+    low, within = y < 0.1 * y.max(), False
+    starts: list[int] = []
+    stops: list[int] = []
     for n in np.flatnonzero(high | low).tolist():
         if within != bool(high[n]):
             (starts if high[n] else stops).append(n)
@@ -347,6 +348,8 @@ def _check_impulse(curve: Curve) -> None:
     ]
     if 1.0 < 1e3 * ratio < 2.0:
         hints.append("force looks like kN: write force [kN] in its header, or --columns")
+    if ratio > 2.0:
+        hints.append("if there are two pulses, cut the record: --window 0:2ms")
     hints.append(f"it fits club speeds of {speed * ratio / 2.0:.3g} to {speed * ratio:.3g} m/s")
     masses = [impulse / (speed * part) for part in (2.0, 1.0)]
     if masses[0] < m_ball:

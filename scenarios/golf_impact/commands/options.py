@@ -57,7 +57,7 @@ def take_conditions(balls: "Iterable[Ball]", given: Container[str]) -> dict[str,
         for name in one.undetermined:
             if name not in given:
                 warn(
-                    f"{one.name}: {name} is undetermined, force, contact time and compression don't "
+                    f"{one.name}: {name} is undetermined, force, contact time and compression don't "  # noqa: E501
                     f"follow: give --set {name}=… for them.",
                     style="yellow",
                 )
