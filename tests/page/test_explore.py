@@ -96,6 +96,13 @@ def test_the_command(tmp_path):
     assert written["balls"][-1]["name"] == "mine"
     golf_here("explore", "--set", "club_speed=95mph", "--export", tmp_path / "a/b.html", code=0)
     assert facts((tmp_path / "a/b.html").read_text())["case"]["club_speed"] == 42.4688
+    # For a class: without the answers, which aren't hidden in there either.
+    key = '<section id="key"'
+    golf_here("explore", "--export", other, "--no-answers", code=0)
+    assert (key in text, key in other.read_text(), "0.847" in other.read_text()) == (1, 0, 0)
+    # Task 1's sentence has the numbers of its table.
+    assert {"0.725", "0.793", "0.847"} <= {*re.findall(r"<td>(0\.\d{3})\d*</td>", text)}
+    assert "m<sub>C</sub> u<sub>C</sub>" in text
     other.write_text("<p>mine</p>")
     refused(golf_here("explore", "--export", other), "isn't a page of golf-impact explore")
     assert other.read_text() == "<p>mine</p>"

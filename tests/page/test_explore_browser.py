@@ -63,9 +63,13 @@ def check(tab, **values):
 
 
 def test_it_opens_with_the_case_asked_for(tab, tmp_path):
-    check(tab.open(), **OPENING)
+    check(tab.open(), law=2, b=30.0)
+    assert tab.value("level") == "simple"
+    assert tab.text("headline") == "S = 1.4715   ball 51.503 m/s"
+    check(tab.open("?level=all"), **OPENING)
     assert tab.value("ball") == "roh-lee"
     check(tab.open("#law=2&k=900000"), law=2, k=9e5)
+    assert tab.value("level") == "all"
     check(tab.open("?law=1&club_speed=95mph"), club_speed=42.4688)
     check(tab.open("#law=2&k=-1"), **OPENING)
     assert tab.text("k_refused") == "k = -1.0 N/m is refused: it must be a finite number > 0"
@@ -79,10 +83,18 @@ def test_it_opens_with_the_case_asked_for(tab, tmp_path):
         "Ignored in the address: foo.",
     )
     assert (first in tab.text("hint"), second in tab.text("hint")) == (True, True)
+    # Names of JavaScript's prototypes aren't inputs, nor units.
+    for name in ("constructor", "__proto__", "toString"):
+        check(tab.open(f"#{name}=5"), law=2, b=30.0)
+        assert tab.text("hint").startswith(f"Ignored in the address: {name}.")
+    assert "isn't a unit" in tab.type("k", "5 constructor").text("k_refused")
     # Of older pages.
     check(tab.open("?law=2&dynamic_loft=0.2&friction=0.3&level=simple"), law=2)
     assert tab.text("hint").startswith("Ignored in the address: dynamic_loft, friction.")
-    # The case of the file; the address overrides it.
+    # The case of the file, at All if Simple can't show it; the address overrides it.
+    tab.file = write_page(tmp_path / "law 1.html", {"k": 9e5})
+    check(tab.open(), k=9e5)
+    assert tab.value("level") == "all"
     tab.file = write_page(tmp_path / "mine.html", {"law": 2, "b": 20.0})
     check(tab.open(), law=2, b=20.0)
     check(tab.open("?k=2e6#law=2&k=5e5"), law=2, k=5e5)
@@ -177,6 +189,20 @@ def test_sliders_undo_and_levels(tab):
     assert there == {"max_force", "max_compression"}
 
 
+def test_the_ball_moves_once(tab):
+    opened = tab.open("#law=2").value("scrub")
+    at = [tab.open().value("scrub")]
+    tab.until(lambda: float(at[-1]) < float(tab.value("scrub")))
+    tab.until(lambda: tab.get("play").get_attribute("aria-pressed") == "false")
+    assert tab.value("scrub") == opened
+    # What the user does ends it.
+    tab.open().type("b", "20")
+    assert tab.get("play").get_attribute("aria-pressed") == "false"
+    features = [{"name": "prefers-reduced-motion", "value": "reduce"}]
+    tab.cdp("Emulation.setEmulatedMedia", features=features)
+    assert tab.open().get("play").get_attribute("aria-pressed") == "false"
+
+
 def test_cursor_animation_pins_and_downloads(tab, tmp_path):
     tab.cdp("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
     tab.open("#law=2")
@@ -240,6 +266,11 @@ def test_layout(tab, screen):
         assert tab.select("level", level).js("return document.body.scrollWidth") <= width
         ends = tab.each("figure svg", "x.getBoundingClientRect().bottom")
         assert phone or max(ends) <= height
+        # Text of at least 11 px, as it is scaled.
+        size = (
+            "x.clientWidth / 360 * parseFloat(getComputedStyle(x.querySelector('text')).fontSize)"
+        )
+        assert min(one for one in tab.each("figure svg", size) if one) >= 10.95
     # On a phone the results and a picture are beside each slider.
     for name in ("k", "b", "club_speed", "m_club", "m_ball") if phone else ():
         tab.js("document.getElementById(arguments[0]).scrollIntoView({block: 'center'})", name)

@@ -26,6 +26,7 @@ def explore(
     set_: Annotated[list[str] | None, Option("--set", metavar="NAME=VALUE", help=_SET)] = None,
     browser: Annotated[bool, Option(help="Open the page in a browser.")] = True,
     export: Annotated[Path | None, Option(metavar="FILE.html", help=_EXPORT)] = None,
+    answers: Annotated[bool, Option(help="Include the answer key of the worksheet.")] = True,
 ) -> None:
     """Explore an impact on an interactive page in a browser.
 
@@ -43,7 +44,7 @@ def explore(
     run_impact_anywhere(**values)
     own = next((one for one in chosen if one.name not in BALLS), None)
     # Not in a temporary folder: browsers in a sandbox can't read those.
-    page = write_page(export or RESULTS / "explore.html", values, own).resolve()
+    page = write_page(export or RESULTS / "explore.html", values, own, answers).resolve()
     say(page)
     if export is None and browser:
         import webbrowser

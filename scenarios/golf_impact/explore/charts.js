@@ -1,5 +1,5 @@
 // Pictures: SVG in a box of fixed size that CSS scales, on screen and on paper. Colours and dashes are classes in page.css.
-const WIDTH = 360, HEIGHT = 206, LEFT = 44, RIGHT = 346, TOP = 8, BOTTOM = 168
+const WIDTH = 360, HEIGHT = 206, LEFT = 56, RIGHT = 346, TOP = 8, BOTTOM = 168
 
 // Axes: label, unit and its size in SI; a speed has the unit that the user chose.
 const AXES = {
@@ -91,7 +91,7 @@ class Chart {
       ...ticks(range).map((value) => make("text", {x: LEFT - 5, y: this.Y(value) + 4, "text-anchor": "end"}, minus(value))),
       ...ticks(domain).map((value) => make("text", {x: this.X(value), y: BOTTOM + 15, ...middle}, minus(value))),
       make("text", {x: (LEFT + RIGHT) / 2, y: HEIGHT - 6, ...middle}, label(xLabel, xUnit)),
-      make("text", {transform: `translate(11 ${(TOP + BOTTOM) / 2}) rotate(-90)`, ...middle}, label(yLabel, yUnit)))
+      make("text", {transform: `translate(13 ${(TOP + BOTTOM) / 2}) rotate(-90)`, ...middle}, label(yLabel, yUnit)))
   }
 
   points({across}, column) { return across.map((value, n) => `${this.X(value).toFixed(1)},${this.Y(column[n]).toFixed(1)}`) }
@@ -115,7 +115,7 @@ class Chart {
     if (!isEmpty) this.drawNames()
   }
 
-  // At the ends of lines, or in each area where it is thickest; 12 apart from each other.
+  // At the ends of lines, or in each area where it is thickest; 15 apart from each other.
   drawNames() {
     const middle = (n, i) => (this.Y(this.up[n][i]) + this.Y(n ? this.up[n - 1][i] : 0)) / 2 + 4
     const thick = (n, i) => this.up[n][i] - (n ? this.up[n - 1][i] : 0)
@@ -127,7 +127,7 @@ class Chart {
     })
     const put = []
     for (const {text, x, y, anchor, hidden} of labels.sort((a, b) => b.y - a.y)) {
-      const near = put.filter((other) => Math.abs(other.x - x) < 40).map((other) => other.y - 12)
+      const near = put.filter((other) => Math.abs(other.x - x) < 40).map((other) => other.y - 15)
       const at = Math.max(TOP + 10, Math.min(y, ...near))
       if (!hidden) put.push({x, y: at})
       place(text, {x, y: at, "text-anchor": anchor, visibility: hidden ? "hidden" : "visible"})

@@ -104,8 +104,9 @@ function openAddress() {
   const {level, unit, ...given} = Object.fromEntries([...new URLSearchParams(location.search), ...new URLSearchParams(location.hash.slice(1))])
   if (facts.speeds.includes(unit)) get("unit").value = unit
   setUnit()
-  setLevel(level == "simple" ? level : "all")
-  const ignored = Object.keys(given).filter((name) => !(name in START)), names = Object.keys(given).filter((name) => name in START)
+  const isInput = (name) => Object.hasOwn(START, name), names = Object.keys(given).filter(isInput), ignored = Object.keys(given).filter((name) => !isInput(name))
+  // A case without a level is that of an address which All wrote, or of a file that Simple may not show.
+  setLevel(["all", "simple"].includes(level) ? level : names.length || facts.case && !fitsSimple(facts.case) ? "all" : "simple")
   remarks = {}
   const base = names.length ? {...START, ...isSimple() && {law: 2}} : level ? opening() : facts.case ?? opening(), refused = {}
   let values = base
@@ -132,11 +133,11 @@ function setLevel(level) {
   if (get("picture").selectedOptions[0].hidden) get("picture").value = "force"
   choosePicture()
 }
+const SIMPLE = {...Object.fromEntries(["exponent", "restitution_at_rest", "restitution_slope", "ball_speed", "club_force"].map((name) => [name, START[name]])), law: 2}
+const fitsSimple = (values) => Object.keys(SIMPLE).every((name) => values[name] == SIMPLE[name])
 function changeLevel() {
   setLevel(get("level").value)
-  const hidden = ["exponent", "restitution_at_rest", "restitution_slope", "ball_speed", "club_force"]
-  const kept = isSimple() ? {...Object.fromEntries(hidden.map((name) => [name, START[name]])), law: 2} : {}
-  if (Object.keys(kept).some((name) => shown.values[name] != kept[name])) change(kept)
+  if (isSimple() && !fitsSimple(shown.values)) change(SIMPLE)
   else redraw()
 }
 
@@ -174,6 +175,8 @@ function drawControls({values}) {
   const ball = presetOf("balls", values), closing = values.club_speed - values.ball_speed, [low, high] = ball?.speeds ?? []
   get("ball").value = ball?.name ?? ""
   const range = low && (closing < low || closing > high) ? `It holds for ${low} to ${high} m/s, not for ${digits(closing, 1)}. ` : low ? `For ${low} to ${high} m/s. ` : ""
+  // Folded, but for what concerns this case.
+  if (range.startsWith("It")) get("about").open = true
   setText(get("source"), ball ? `${range}${ball.limits} Source: ${ball.source}` : "")
 }
 
@@ -197,7 +200,8 @@ function drawResults({values, metrics, touched, separated}) {
     data.value = value
     setText(data, text), setText(span, unit && ` ${unit}`), setText(small, meaning), setText(other, printed)
   })
-  setText(get("summary").firstElementChild, `S ${cells[0].text}  COR ${cells[1].text}  ${cells[3].text} ${cells[3].unit}`)
+  setText(get("headline"), separated ? `S = ${cells[0].text}   ball ${cells[3].text} ${cells[3].unit}` : "–")
+  setText(get("summary").firstElementChild, `S ${cells[0].text}  ${cells[3].text} ${cells[3].unit}\nCOR ${cells[1].text}`)
   setText(get("state"), separated ? "" : touched ? NO_SEPARATION : NO_CONTACT)
   return cells
 }
@@ -261,6 +265,7 @@ function drawSweep() {
 // CURSOR: the sample that is nearest to a time is shown in all pictures.
 
 const PLAYED = 6  // s for the whole run
+const OPENED = get("scrub").value
 const nearestTo = (time) => shown.path.time.reduce((best, t, n, all) => Math.abs(t - time) < Math.abs(all[best] - time) ? n : best, 0)
 function moveCursor() {
   const {path, values: {ball_diameter}} = shown, start = path.time[0], duration = path.time.at(-1) - start
@@ -288,19 +293,38 @@ function point(chart, x, y) {
 
 const still = matchMedia("(prefers-reduced-motion: reduce)")
 const playing = () => get("play").ariaPressed == "true"
-function play() {
+// `once`: to the end of the run, as the page opens; else around until it is stopped.
+function play(once = false) {
   get("play").ariaPressed = !playing()
   setText(get("play"), playing() ? "⏸ Pause" : "▶ Play")
   const begin = performance.now() / 1000 - PLAYED * get("scrub").value
   const frame = (now) => {
     if (!playing()) return
-    const share = (now / 1000 - begin) / PLAYED % 1
+    const elapsed = (now / 1000 - begin) / PLAYED, share = elapsed % 1
+    if (once && elapsed >= 1) {
+      get("scrub").value = OPENED
+      stop()
+      return moveCursor()
+    }
     // Less motion: twelve stills.
     get("scrub").value = still.matches ? Math.floor(12 * share) / 12 : share
     moveCursor()
     requestAnimationFrame(frame)
   }
   requestAnimationFrame(frame)
+}
+
+function stop() { if (playing()) play() }
+// The ball moves once by itself; whatever the user does ends that.
+function playOnce() {
+  if (!isSimple() || still.matches) return
+  get("scrub").value = 0
+  play(true)
+  const types = ["pointerdown", "keydown", "input"], end = ({target}) => {
+    for (const type of types) removeEventListener(type, end, true)
+    if (target != get("play")) stop()
+  }
+  for (const type of types) addEventListener(type, end, true)
 }
 
 // CONTROLS
@@ -343,7 +367,7 @@ function setDark(dark) {
   setText(get("dark"), dark ? "Light" : "Dark")
 }
 
-function openGroups(open) { for (const group of document.querySelectorAll("#controls details")) group.open = open }
+function openGroups(open) { for (const group of document.querySelectorAll("#controls details.wide")) group.open = open }
 function printSheet(id) {
   document.body.dataset.print = id
   get(id).querySelector("details").open = true
@@ -396,7 +420,7 @@ function listen() {
   }
   get("download").onchange = ({target}) => { download(target.value); target.value = "" }
   get("dark").onclick = () => setDark(document.documentElement.dataset.theme != "dark")
-  get("play").onclick = play
+  get("play").onclick = () => play()
   get("scrub").oninput = moveCursor
   get("picture").onchange = choosePicture
   isNarrow.onchange = () => drawCharts()
@@ -424,4 +448,5 @@ openAddress()
 listen()
 for (const fieldset of document.querySelectorAll("fieldset:disabled")) fieldset.disabled = false
 get("undo").disabled = true
+playOnce()
 document.body.dataset.ready = "yes"

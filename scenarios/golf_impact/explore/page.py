@@ -2,6 +2,7 @@
 
 import base64
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -9,6 +10,7 @@ from typing import Any
 from urllib.parse import urlencode
 
 import jinja2
+from markupsafe import Markup, escape
 
 from golf_build import BY_NAME, NATIVE_LAWS, VERSION
 from golf_impact import document
@@ -45,7 +47,9 @@ _SCRIPTS = "physics", "charts", "values", "pins", "page"
 GENERATOR = "golf-impact explore"
 
 
-def write_page(path: Path, values: Mapping[str, float], own: Ball | None = None) -> Path:
+def write_page(
+    path: Path, values: Mapping[str, float], own: Ball | None = None, answers: bool = True
+) -> Path:
     """Write the page into a file.
 
     Args:
@@ -53,23 +57,26 @@ def write_page(path: Path, values: Mapping[str, float], own: Ball | None = None)
         values: inputs and parameters of the case with which it opens (SI units; start values for
             the others); empty: that of its first level.
         own: a ball beside the presets.
+        answers: with the answer key of the worksheet.
 
     Raises:
         UserError: the file can't be written, or is another one than such a page.
     """
     if path.is_file() and f'content="{GENERATOR}"' not in path.read_text("utf-8", "replace"):
         raise UserError(f"{path} isn't a page of {GENERATOR}: it stays; choose another name")
-    return write(path, page(values, own))
+    return write(path, page(values, own, answers))
 
 
-def page(values: Mapping[str, float], own: Ball | None = None) -> str:
+def page(values: Mapping[str, float], own: Ball | None = None, answers: bool = True) -> str:
     """The text of the page; see `write_page`."""
     facts = _facts(values, own)
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
+    environment.filters["subscripts"] = _subscripts
     return environment.from_string(_read("page.html")).render(
         facts=facts,
         # Nothing in a script element may end it.
         data=json.dumps(facts, allow_nan=False, ensure_ascii=False).replace("<", "\\u003c"),
+        answers=answers,
         tasks=[_task(**row) for row in _DATA["tasks"]],
         start=_in_words(START | _DATA["opening"]["simple"]),
         generator=GENERATOR,
@@ -78,6 +85,11 @@ def page(values: Mapping[str, float], own: Ball | None = None) -> str:
         script="\n".join(_read(f"{name}.js") for name in _SCRIPTS),
         wasm=base64.b64encode((_HERE / "physics.wasm").read_bytes()).decode(),
     )
+
+
+def _subscripts(text: str) -> Markup:
+    """Symbols such as m_C with their index as a subscript."""
+    return Markup(re.sub(r"\b([A-Za-z])_([A-Z])\b", r"\1<sub>\2</sub>", str(escape(text))))
 
 
 def _read(name: str) -> str:

@@ -10,7 +10,7 @@ function read(quantity, text, unit) {
   const [, number, given] = text.trim().replace("−", "-").match(/^([-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:e[-+]?\d+)?)\s*([^\d\s,.].*)?$/i) ?? []
   if (number == undefined) refuse(/^[-+]?\d+(,\d{3})+/.test(text.trim()) ? `write ${text.replaceAll(",", "")}` : `'${text}' is not a number (e.g. 1.5)`)
   if (/^[-+]?[1-9]\d{0,2},\d{3}$/.test(number)) refuse(`write ${number.replace(",", "")} or ${number.replace(",", ".")}`)
-  const [si, size] = given ? facts.symbols[symbolOf(given)] ?? [] : [quantity.si, sizeOf(unit)]
+  const [si, size] = given ? Object.hasOwn(facts.symbols, symbolOf(given)) ? facts.symbols[symbolOf(given)] : [] : [quantity.si, sizeOf(unit)]
   const known = () => Object.keys(facts.symbols).filter((symbol) => facts.symbols[symbol][0] == quantity.si).join(", ")
   if (si != quantity.si) refuse(`'${given}' isn't a unit it may have: ${known() || "none"}`)
   const value = Number(number.replace(",", "."))
