@@ -57,7 +57,7 @@ EXPORT(about) int page_about(void)
     switch (conflict(&parameters, inputs_of(component.is.values)).reason) {
     case EXPONENT_WITH_LAW_1: return VR_exponent;
     case RESTITUTION_AT_REST_WITH_LAW_1: return VR_restitution_at_rest;
-    case EXTREME_FORCE: return VR_club_force;
+    case DAMPING_RATIO: return VR_b;
     default: return -1;
     }
 }
