@@ -7,11 +7,11 @@ from numerics, and the sentences of refusals from where golf_physics has them.
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from golf_physics import modes, refusals
+from golf_physics import modes, refusals, restitution
 from golf_physics.component import component
-from golf_physics.laws import integrated, linear, power_law, relative
+from golf_physics.laws import integrated, law, linear, power_law, relative
 from golf_physics.numerics import chebyshev, gauss, ode
-from golf_physics.values import Inputs, Parameters, rejected
+from golf_physics.values import SLOWEST, rejected
 from golf_physics.variables import (
     BY_NAME,
     INDICATORS,
@@ -117,6 +117,11 @@ def _variable(row: Variable) -> str:
 
 
 def _constants() -> Iterator[str]:
+    yield f"#define SLOWEST {SLOWEST!r}"
+    yield f"#define LEAST_RESTITUTION {restitution.LEAST!r}"
+    yield f"#define MOST_DAMPING_RATIO {restitution.MOST_DAMPING!r}"
+    yield f"#define MOST_RATIO {refusals._MOST_RATIO!r}"
+    yield f"#define MOST_PUSH {law._MOST_PUSH!r}"
     yield f"enum {{ GAUSS_POINTS = {len(gauss.GAUSS_5)}, ORDER = {chebyshev.ORDER} }};"
     nodes, weights = zip(*gauss.GAUSS_5)
     yield from _array("GAUSS_NODES", nodes)
@@ -162,7 +167,6 @@ _HOLE: Any = _Hole()
 
 def _sentences() -> Iterator[tuple[str, object]]:
     """Reasons, and their sentences."""
-    p, inputs = Parameters(*[_HOLE] * len(Parameters._fields)), Inputs(*[_HOLE] * INPUTS)
     yield "OUT_OF_RANGE", ""  # of every variable, see the table
     yield "FIXED", rejected(_HOLE, _HOLE, modes.FIXED)
     yield "START_TIME", rejected("start time", _HOLE, modes.START_TIME, " s")
@@ -181,18 +185,18 @@ def _sentences() -> Iterator[tuple[str, object]]:
     yield "UNTIL_CORRECTED", modes.UNTIL_CORRECTED
     yield "NO_EVENT", "an event before initialization or after the end is refused"
     yield "MUST_STOP", "the simulation must stop: {}"
-    yield "EXTREME_VALUES", refusals.extreme_values(p, inputs)
-    yield "EXTREME_FORCE", rejected("club_force", _HOLE, refusals.EXTREME_FORCE, " N")
+    yield "MASS_RATIO", refusals.mass_ratio(_HOLE, _HOLE)
+    yield "DAMPING_RATIO", refusals.damping_ratio(_HOLE, _HOLE)
     for name in ("exponent", "restitution_at_rest"):
         yield f"{name.upper()}_WITH_LAW_1", refusals.of_other_laws(1, name, _HOLE)
     yield "TOUCH", relative.refused_touch(*[_HOLE] * 5)
-    yield "EXTREME_POWERS", relative.extreme_powers(*[_HOLE] * 5)
     yield "UNDECIDED", integrated.UNDECIDED
     yield "TOO_MANY_PANELS", integrated.TOO_MANY_PANELS
     yield "NO_NUMBERS", ode.NO_NUMBERS
     yield "NOT_FINITE", integrated.NOT_FINITE
     yield "TOO_MANY_EXTREMA", linear.TOO_MANY_EXTREMA
-    yield "LARGE_PUSH", rejected("club_force", _HOLE, relative.LARGE_PUSH, " N")
+    yield "LARGE_PUSH", rejected("club_force", _HOLE, law.LARGE_PUSH, " N")
+    yield "LARGE_PUSH_OF_POWER_LAW", rejected("club_force", _HOLE, relative.LARGE_PUSH, " N")
     not_computable = component.not_computed(ArithmeticError("{}"))
     yield "NOT_COMPUTABLE", not_computable
     yield "CHANGE_REFUSED", component.CHANGE_REFUSED.format(_HOLE, _HOLE, not_computable)

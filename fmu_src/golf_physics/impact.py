@@ -11,7 +11,7 @@ from operator import attrgetter
 from typing import Any, NamedTuple
 
 from .laws import LAWS
-from .values import START, Inputs, Instant, Motion, Parameters, State, added, new
+from .values import SLOWEST, START, Inputs, Instant, Motion, Parameters, State, added, new
 
 #: Of a host's clock, relative.
 RESOLUTION = 2.0**-52
@@ -160,7 +160,7 @@ class Approach(Impact):
         self.motion = new(Motion, (x_club, x_ball, club_speed, v_ball, compression, closing))
         self.velocities = club_speed, v_ball
         gap = -(compression + compression_low)
-        self.duration = (gap if gap > 0.0 else 0.0) / closing if closing > 0.0 else inf
+        self.duration = (gap if gap > 0.0 else 0.0) / closing if closing > SLOWEST else inf
 
     def state(self, instant: Instant) -> State:
         """Contact force, positions, velocities and compression at an instant of the phase."""
@@ -257,6 +257,10 @@ class Contact(Impact):
         acting = self.inputs
         if k == acting[0] and b == acting[1] and club_force == acting[3]:
             return self
+        if club_force:
+            refusal = law.refusal_of_push(p, inputs, touch.club_speed - p.ball_speed)
+            if refusal is not None:
+                raise ArithmeticError(refusal.sentence)
         t = self.elapsed(instant)
         _, x_club, x_ball, v_club, v_ball, d = self._state_since_touch(t)
         closing = self.phase.value("w", t) if t else self.motion.closing

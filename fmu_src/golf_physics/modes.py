@@ -210,10 +210,7 @@ def out_of_range(variable: Variable, value: Any) -> Refusal:
     unit = f" {variable.unit}" if variable.unit not in ("", "1") else ""
     allowed = variable.allowed
     if variable.type != "Enumeration":
-        if ".." in allowed:
-            allowed = f"between {variable.low:g} and {variable.high:g}"
-        else:
-            allowed = f"a finite number {allowed}".removesuffix(" finite")
+        allowed = f"between {variable.low:g} and {variable.high:g}"
     return rejected(variable.name, value, f"it must be {allowed}", unit)
 
 

@@ -6,6 +6,10 @@ from typing import Any, NamedTuple
 new = tuple.__new__
 
 
+#: Bodies that approach no faster, m/s, don't touch.
+SLOWEST = 1e-30
+
+
 class Inputs(NamedTuple):
     """What a host may change at every communication point."""
 

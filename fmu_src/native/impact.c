@@ -74,7 +74,7 @@ static void begin_approach(Impact *i, const Parameters *p, double club_speed, In
     i->approach.compression_low = compression.low;
     i->approach.motion =
         (Motion){x_ball + distance, x_ball, club_speed, v_ball, distance, closing};
-    i->approach.duration = closing > 0.0 ? (gap > 0.0 ? gap : 0.0) / closing : INFINITY;
+    i->approach.duration = closing > SLOWEST ? (gap > 0.0 ? gap : 0.0) / closing : INFINITY;
 }
 
 /* The impact at time 0: the ball lies at 0, the club face at -gap. */
@@ -307,6 +307,14 @@ static int change_contact(Impact *i, const Parameters *p, Inputs inputs, Instant
     if (acting.k == i->acting.k && acting.b == i->acting.b
         && acting.club_force == i->acting.club_force)
         return 0;
+    double contact_force, approach_speed = i->touch.club_speed - p->ball_speed;
+    if (p->exponent == 1.0 && acting.club_force
+        && is_large_push(p, acting, approach_speed, &contact_force)) {
+        i->contact.kind = LINEAR;
+        i->contact.as.linear.contact.failure =
+            (Failure){LARGE_PUSH, {acting.club_force, contact_force, 0.0}};
+        return NOT_COMPUTED;
+    }
     double t = elapsed(i, instant);
     State s = state_since_touch(i, p, t);
     double d = s.compression;

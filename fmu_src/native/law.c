@@ -6,9 +6,6 @@
 
 enum { ABSOLUTE = 1, RELATIVE = 2 };
 
-/* A lower coefficient of restitution would need more damping than leaves anything of the spring. */
-#define LEAST_RESTITUTION 1e-29
-
 /* The damping ratio zeta for a coefficient of restitution above 0 and at most 1: by Newton's method on
    zeta s(zeta) = -ln(COR)/2, concave and rising, so that every iterate stays below the root. */
 static double damping_ratio(double coefficient)
@@ -37,6 +34,15 @@ static double law_damping(const Parameters *p, double k, double b, double closin
     double zeta = damping_ratio(larger(coefficient, LEAST_RESTITUTION));
     double mu = p->m_club * (p->m_ball / (p->m_club + p->m_ball));
     return 2.0 * zeta * mu * sqrt(0.5 * (p->exponent + 1.0) * (k / mu));
+}
+
+/* Whether a linear contact leaves few digits for this approach speed beside the force on the club
+   head: then the contact force that the spring alone leads to, N, is computed, too. */
+static int is_large_push(const Parameters *p, Inputs inputs, double closing, double *contact_force)
+{
+    double share = p->m_ball / (p->m_club + p->m_ball);
+    *contact_force = sqrt(inputs.k * p->m_club * share) * closing;
+    return !(share * fabs(inputs.club_force) <= MOST_PUSH * *contact_force);
 }
 
 /* The coefficient of the closing speed in the force, N.s/m. */

@@ -191,7 +191,7 @@ static Refusal handle_event(Component *c)
     c->has_state = 0;
     if (i->phase == APPROACH) {
         is->states[2] = inputs.club_speed;
-        if (touch_indicator(&ahead) > ABOVE_ZERO || closing <= 0.0) return ACCEPTED;
+        if (touch_indicator(&ahead) > ABOVE_ZERO || closing <= SLOWEST) return ACCEPTED;
         /* A solver is exact beside any force. */
         Inputs free = inputs;
         free.club_force = 0.0;

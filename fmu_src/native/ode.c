@@ -373,7 +373,7 @@ static double first_width(const Integrated *o)
 
 /* Whether beside a power law a push on the club head leaves it to rounding errors whether the bodies
    separate: then the contact force that the motion leads to, N, is computed, too. */
-static int is_large_push(const Parameters *p, double k, double club_force, double compression,
+static int is_large_push_of_power_law(const Parameters *p, double k, double club_force, double compression,
                          double closing, double *contact_force)
 {
     double n = p->exponent, d_r = p->reference_compression;
@@ -398,9 +398,9 @@ static void integrated_begin(Integrated *o, const Parameters *p, Inputs inputs, 
     o->last[D] = o->most[0] = start.compression;
     o->last[W] = start.closing;
     double contact_force;
-    if (is_large_push(p, inputs.k, inputs.club_force, start.compression, start.closing,
+    if (is_large_push_of_power_law(p, inputs.k, inputs.club_force, start.compression, start.closing,
                       &contact_force)) {
-        o->failure = (Failure){LARGE_PUSH, {inputs.club_force, contact_force}};
+        o->failure = (Failure){LARGE_PUSH_OF_POWER_LAW, {inputs.club_force, contact_force}};
         return;
     }
     o->most[1] = integrated_force(o, start.compression, start.closing);

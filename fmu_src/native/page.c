@@ -57,7 +57,7 @@ static int about(Reason reason)
     switch (reason) {
     case EXPONENT_WITH_LAW_1: return VR_exponent;
     case RESTITUTION_AT_REST_WITH_LAW_1: return VR_restitution_at_rest;
-    case EXTREME_FORCE: return VR_club_force;
+    case DAMPING_RATIO: return VR_b;
     default: return -1;
     }
 }

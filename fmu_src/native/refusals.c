@@ -1,16 +1,5 @@
 /* refusals.py: which values are refused, and the sentences that say why; those of golf_physics. */
 
-/* Rates (1/s), masses (kg), speeds and lengths outside these bounds would overflow on the way. */
-#define SMALLEST 1e-75
-#define LARGEST 1e75
-
-/* A larger damping ratio, or ratio of the masses, leaves nothing of one term beside the other. */
-#define MOST_RATIO 1e15
-
-/* A larger force on the club head (relative to the contact force without it) may leave so little of
-   the approach speed that the contact can't be computed. */
-#define LARGE_FORCE 1e15
-
 /* Why a value, or a call, is refused: the place of the variable in the table (SETTABLE: the start
    time), and the numbers of the sentence. */
 typedef struct {
@@ -49,31 +38,6 @@ static Refusal refusal_of_failure(Failure failure, Reason prevented, double a, d
 
 /* VALUES */
 
-static int is_extreme(const Parameters *p, Inputs inputs)
-{
-    double speed = fabs(inputs.club_speed) + fabs(p->ball_speed), total = p->m_club + p->m_ball;
-    double mu = p->m_club * (p->m_ball / total), omega = mu ? sqrt(inputs.k / mu) : INFINITY;
-    /* If b isn't used: a coefficient of restitution allows no more damping than can be computed. */
-    int is_damped = !p->restitution_at_rest && !(inputs.b <= 2.0 * MOST_RATIO * mu * omega);
-    return !(mu >= SMALLEST && total <= LARGEST && SMALLEST <= omega && omega <= LARGEST)
-           || is_damped || p->m_club > MOST_RATIO * p->m_ball || p->m_ball > MOST_RATIO * p->m_club
-           || speed > LARGEST || p->gap > LARGEST;
-}
-
-/* Why the relative law rejects these values: powers must stay in the range of a double. */
-static Refusal refusal_of_powers(const Parameters *p, Inputs inputs)
-{
-    double n = p->exponent, d_r = p->reference_compression;
-    double closing = inputs.club_speed - p->ball_speed;
-    if (n == 1.0 || closing <= 0.0) return ACCEPTED;
-    /* The compression that this speed leads to, and its rate. */
-    double m = 0.5 * (n + 1.0), total = p->m_club + p->m_ball;
-    double omega = sqrt(inputs.k / (p->m_club * (p->m_ball / total)));
-    double reach = pow(m * closing / omega, 1.0 / m) * pow(d_r, 1.0 - 1.0 / m);
-    if (0.0 < reach && reach <= LARGEST && closing <= LARGEST * reach) return ACCEPTED;
-    return (Refusal){EXTREME_POWERS, 0, REAL, {n, d_r, inputs.k, closing, reach}, FINE};
-}
-
 /* Why these values, each of them allowed, are rejected together. */
 static Refusal conflict(const Parameters *p, Inputs inputs)
 {
@@ -82,30 +46,25 @@ static Refusal conflict(const Parameters *p, Inputs inputs)
         if (p->restitution_at_rest)
             return refusal(RESTITUTION_AT_REST_WITH_LAW_1, p->restitution_at_rest, 0.0);
     }
-    if (is_extreme(p, inputs))
-        return (Refusal){EXTREME_VALUES, 0, REAL,
-                         {inputs.k, inputs.b, p->m_club, p->m_ball, inputs.club_speed,
-                          p->ball_speed, p->gap}, FINE};
-    if (fabs(inputs.club_force) > LARGEST * p->m_club)
-        return refusal(EXTREME_FORCE, inputs.club_force, 0.0);
-    return p->law == RELATIVE ? refusal_of_powers(p, inputs) : ACCEPTED;
+    if (p->m_club > MOST_RATIO * p->m_ball || p->m_ball > MOST_RATIO * p->m_club)
+        return refusal(MASS_RATIO, p->m_club, p->m_ball);
+    if (p->restitution_at_rest) return ACCEPTED;
+    /* Of a power law in its own time, see law_damping. */
+    double mu = p->m_club * (p->m_ball / (p->m_club + p->m_ball));
+    double critical = 2.0 * sqrt(0.5 * (p->exponent + 1.0) * inputs.k * mu);
+    if (inputs.b <= MOST_DAMPING_RATIO * critical) return ACCEPTED;
+    return refusal(DAMPING_RATIO, inputs.b, inputs.b / critical);
 }
 
 /* Why a force on the club head is rejected at touch: beside it the approach speed must not vanish. */
 static Refusal refusal_of_force(const Parameters *p, Inputs inputs, double closing)
 {
-    double force = inputs.club_force, share = p->m_ball / (p->m_club + p->m_ball), contact_force;
-    if (p->exponent != 1.0) {
-        if (!is_large_push(p, inputs.k, force, 0.0, closing, &contact_force)) return ACCEPTED;
-        return refusal(LARGE_PUSH, force, contact_force);
-    }
-    if (share * fabs(force) <= LARGE_FORCE * sqrt(inputs.k * p->m_club * share) * closing)
-        return ACCEPTED;
-    Contact contact;
-    Motion start = {0.0, 0.0, inputs.club_speed, p->ball_speed, 0.0, closing};
-    contact_begin(&contact, p, inputs, start);
-    Failure failure = contact_failure(&contact);
-    return failure.reason ? refusal_of_failure(failure, FORCE_REFUSED, force, 0.0) : ACCEPTED;
+    double force = inputs.club_force, contact_force;
+    if (p->exponent == 1.0)
+        return is_large_push(p, inputs, closing, &contact_force)
+                   ? refusal(LARGE_PUSH, force, contact_force) : ACCEPTED;
+    if (!is_large_push_of_power_law(p, inputs.k, force, 0.0, closing, &contact_force)) return ACCEPTED;
+    return refusal(LARGE_PUSH_OF_POWER_LAW, force, contact_force);
 }
 
 /* Why a touch under these inputs is rejected: a coefficient of restitution that falls with the speed
@@ -114,7 +73,7 @@ static Refusal refusal_of_touch(const Parameters *p, Inputs inputs)
 {
     double closing = inputs.club_speed - p->ball_speed;
     double coefficient = p->restitution_at_rest - p->restitution_slope * closing;
-    if (closing <= 0.0) return ACCEPTED;
+    if (closing <= SLOWEST) return ACCEPTED;
     if (!p->restitution_at_rest || (LEAST_RESTITUTION <= coefficient && coefficient <= 1.0))
         return refusal_of_force(p, inputs, closing);
     return (Refusal){TOUCH, 0, REAL,
@@ -270,7 +229,8 @@ static void put_reason(Text *t, const Refusal *r)
     const char *words[7] = {NULL}, *sentence = SENTENCES[r->reason];
     for (int n = 0; n < 7; n++) {
         Text number = {texts[n], texts[n] + NUMBER_SIZE - 1};
-        int is_general = (r->reason == EXTREME_POWERS && n == 4) || (r->reason == LARGE_PUSH && n == 1);
+        int is_general = n == 1 && (r->reason == DAMPING_RATIO || r->reason == LARGE_PUSH
+                                      || r->reason == LARGE_PUSH_OF_POWER_LAW);
         if (r->type == ENUMERATION) put_integer(&number, r->numbers[n]);
         else put_number(&number, r->numbers[n], is_general);
         words[n] = texts[n];

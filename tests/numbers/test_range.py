@@ -35,7 +35,7 @@ exponents = st.one_of(
 )
 damping_ratios = st.one_of(
     st.just(0.0),
-    decades(-6, 6),
+    decades(-6, 3.9),
     st.floats(0.5, 1.5),
     signed(decades(-16, -2)).map(lambda x: 1.0 + x),
 )
@@ -44,7 +44,7 @@ damping_ratios = st.one_of(
 @st.composite
 def impacts(draw):
     """Values of an impact that is accepted: far beyond golf, but physics."""
-    mass, ratio = draw(decades(-3, 2)), draw(decades(-6, 6))
+    mass, ratio = draw(decades(-3, 2)), draw(decades(-5.9, 5.9))
     ball_speed = draw(st.one_of(st.just(0.0), signed(decades(-6, 3))))
     values = {
         "law": draw(st.sampled_from((1, 2))),
@@ -59,12 +59,12 @@ def impacts(draw):
         values["exponent"] = draw(exponents)
         values["reference_compression"] = draw(decades(-5, 1))
     if values["law"] == 2 and draw(st.integers(0, 3)) == 0:
-        coefficient = draw(st.one_of(st.floats(0.01, 1.0), decades(-20, -1)))
+        coefficient = draw(st.one_of(st.floats(0.01, 1.0), decades(-8.5, -1)))
         closing = closing_speed(values)
         slope = draw(st.one_of(st.just(0.0), st.floats(0.0, 1.0))) * (1.0 - coefficient) / closing
         values["restitution_at_rest"] = min(1.0, coefficient + slope * closing)
         values["restitution_slope"] = slope
-        assume(values["restitution_at_rest"] - slope * closing > 1e-28)
+        assume(values["restitution_at_rest"] - slope * closing > 3e-9)
     return values
 
 
@@ -215,43 +215,59 @@ def check_balances(v, now):
         assert_within(off, name="coefficient_of_restitution", case=v)
 
 
-#: Values that are accepted, but no others that are farther from 1, with these other ones.
+#: The largest values that are accepted with these others, in both senses.
 TWO = {"m_club": 2.0, "m_ball": 2.0}
-HARDENING = {"law": 2, "exponent": 3.0}
-#: The largest compression is four times the root of reference_compression (in m).
-ROOT = TWO | HARDENING | {"k": 4.0, "club_speed": 15.0, "ball_speed": -1.0}
 BORDERS = [
-    ("m_club", 1e15, {"m_ball": 1.0}),
-    ("m_club", 1e-15, {"m_ball": 1.0}),
-    ("m_ball", 1e15, {"m_club": 1.0}),
-    ("m_ball", 1e-15, {"m_club": 1.0}),
-    ("m_ball", 0.5e75, HARDENING | {"m_club": 0.5e75, "club_speed": 0.0}),
-    ("m_ball", 2e-75, {"m_club": 2e-75, "b": 0.0}),
-    ("k", 1e150, TWO),
-    ("k", 1e-150, TWO | {"b": 0.0}),
-    ("b", 2e15, TWO | {"k": 1.0}),
-    ("gap", 1e75, {}),
-    *((speed, value, {}) for speed in ("club_speed", "ball_speed") for value in (1e75, -1e75)),
-    *(("club_force", value, TWO) for value in (2e75, -2e75)),
-    ("reference_compression", 0.0625e150, ROOT),
-    ("reference_compression", 16e-150 * (1.0 + 1e-15), ROOT),
-]
+    ("m_club", 1e5, {"m_ball": 0.1, "b": 0.0}, "ratio of the masses"),
+    ("m_club", 1e-5, {"m_ball": 10.0, "b": 0.0}, "ratio of the masses"),
+    ("m_ball", 10.0, {"m_club": 1e-5, "b": 0.0}, "ratio of the masses"),
+    ("b", 2e4, TWO | {"k": 1.0}, "damping ratio"),
+    ("b", 2e4, TWO | {"k": 0.25, "law": 2, "exponent": 7.0}, "damping ratio"),
+    *(("club_force", sign * 2e6, TWO | {"k": 1.0, "club_speed": 1.0, "law": law, "b": 0.0}, "share")
+      for sign in (1.0, -1.0) for law in (1, 2)),
+]  # fmt: skip
 
 
-@pytest.mark.parametrize(("name", "last", "others"), BORDERS)
-def test_the_borders_of_values_together(way_of, name, last, others):
+@pytest.mark.parametrize(("name", "last", "others", "words"), BORDERS)
+def test_the_borders_of_values_together(way_of, name, last, others, words):
     way = way_of("in process")
-    for value, accepted in ((last, True), (last * abs(last) ** 1e-6, False)):
+    beyond = last * (1.0 + 1e-9 if abs(last) > 1.0 else 1.0 - 1e-9)
+    for value, accepted in ((last, True), (beyond, False)):
         assert way.begin({**others, name: value}).step(1e-4) is accepted, (value, way.messages)
-    words = "acceleration" if name == "club_force" else "leave the range of a double"
     assert words in way.messages[0]
 
 
-#: Forces that leave no digits for the contact, or for a power law's dip of the compression.
+@pytest.mark.parametrize("law", [1, 2])
+def test_bodies_that_hardly_approach_never_touch(fmu_way, law):
+    """Up to 1e-30 m/s, with any force on the head, which is ignored then."""
+    fmu_way.begin({"law": law, "club_speed": 1e-30, "club_force": 300.0})
+    assert fmu_way.step(1.0)
+    assert not fmu_way["touched"]
+    fmu_way.begin({"law": law, "club_speed": 1.1e-30})
+    assert fmu_way.step(1e-4)
+    assert fmu_way["touched"]
+
+
+@pytest.mark.parametrize("values", [{"law": 1}, {"law": 2}, {"law": 2, "restitution_at_rest": 0.8}])
+def test_values_together_are_checked_in_contact(fmu_way, values):
+    """Of those that change: the damping ratio, and a push beside the approach speed."""
+    for name, bad in (("b", 1e8), ("club_force", 1e12), ("club_force", -1e12)):
+        if name == "b" and "restitution_at_rest" in values:
+            continue
+        fmu_way.begin(values)
+        assert fmu_way.step(1e-4)
+        fmu_way.set(**{name: bad})
+        assert not fmu_way.step(1e-4)
+        assert f"{name} = " in fmu_way.messages[-1]
+        fmu_way.set(**{name: DEFAULTS[name]})
+        assert fmu_way.step(1e-4)
+
+
+#: Forces that leave few digits for the contact, or for a power law's dip of the compression.
 OUT_OF_PROPORTION = [
-    {"law": 1, "b": 0.0, "club_force": 1e60},
-    {"law": 2, "b": 0.0, "club_force": 300.0, "club_speed": 1e-50},
-    {"law": 2, "exponent": 1.44, "b": 0.0, "club_force": 5e48},
+    {"law": 1, "b": 0.0, "club_force": 1e12},
+    {"law": 2, "b": 0.0, "club_force": 300.0, "club_speed": 1e-8},
+    {"law": 2, "exponent": 1.44, "b": 0.0, "club_force": 1e11},
     {"law": 2, "exponent": 1.5, "b": 0.0, "club_force": 1e10},
     {"law": 2, "exponent": 1.5, "club_force": 300.0, "club_speed": 1e-6},
     {"law": 2, "exponent": 1.5, "restitution_at_rest": 0.8, "club_force": 1e10},
@@ -267,8 +283,7 @@ def test_a_force_out_of_proportion_is_refused_at_touch(way_of, values):
     assert not way.messages
     assert not way.step(approach)
     assert "club_force = " in way.messages[-1]
-    part = "share m_ball/(m_club + m_ball)" if "exponent" in values else "neither keeps the bodies"
-    assert part in way.messages[-1]
+    assert "share m_ball/(m_club + m_ball)" in way.messages[-1]
     way.set(club_force=0.0)
     assert way.step(approach)
 

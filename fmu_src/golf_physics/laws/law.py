@@ -5,14 +5,19 @@ from functools import partial
 from math import sqrt
 from types import MappingProxyType
 
-from ..values import Inputs, Motion, Parameters, Refusal, rejected
+from ..values import SLOWEST, Inputs, Motion, Parameters, Refusal, rejected
 from .contact import ContactPhase
 from .integrated import IntegratedContact
 from .linear import linear_contact
 
-#: A larger force on the club head (relative to the contact force without it) may leave so little of
-#: the approach speed that the contact can't be computed.
-_LARGE_FORCE = 1e15
+#: A larger push on the club head, relative to the contact force of the spring alone, leaves few
+#: digits for the approach speed beside it.
+_MOST_PUSH = 1e6
+
+LARGE_PUSH = (
+    f"its share m_ball/(m_club + m_ball) must be at most {_MOST_PUSH:g} times the contact force "
+    "that the approach speed leads to without damping, {:g} N"
+)
 
 
 class Law:
@@ -28,12 +33,12 @@ class Law:
     #: reject other values.
     own_parameters: Mapping[str, float] = MappingProxyType({})
 
-    def refusal(self, p: Parameters, inputs: Inputs) -> Refusal | None:
-        """Why the law rejects these values together, or None."""
-        return None
-
     def refusal_of_touch(self, p: Parameters, inputs: Inputs) -> Refusal | None:
         """Why it rejects a touch under these inputs, or None."""
+        return None
+
+    def refusal_of_push(self, p: Parameters, inputs: Inputs, closing: float) -> Refusal | None:
+        """Why it rejects the force on the club head after this approach speed, m/s, or None."""
         return None
 
     def damping(self, p: Parameters, k: float, b: float, closing: float) -> float:
@@ -71,20 +76,15 @@ class LinearLaw(Law):
         return 0.0
 
     def refusal_of_touch(self, p: Parameters, inputs: Inputs) -> Refusal | None:
-        """Beside a force on the club head the approach speed must not vanish."""
-        k, _, club_speed, club_force = inputs
-        closing = club_speed - p.ball_speed
-        share = p.m_ball / (p.m_club + p.m_ball)
-        if (
-            closing > 0.0
-            and share * abs(club_force) > _LARGE_FORCE * sqrt(k * p.m_club * share) * closing
-        ):
-            start = Motion(0.0, 0.0, club_speed, p.ball_speed, 0.0, closing)
-            try:
-                self.contact(p, inputs, start)
-            except ArithmeticError as error:
-                return rejected("club_force", club_force, str(error), " N")
-        return None
+        closing = inputs.club_speed - p.ball_speed
+        return self.refusal_of_push(p, inputs, closing) if closing > SLOWEST else None
+
+    def refusal_of_push(self, p: Parameters, inputs: Inputs, closing: float) -> Refusal | None:
+        club_force, share = inputs.club_force, p.m_ball / (p.m_club + p.m_ball)
+        contact_force = sqrt(inputs.k * p.m_club * share) * closing
+        if share * abs(club_force) <= _MOST_PUSH * contact_force:
+            return None
+        return rejected("club_force", club_force, LARGE_PUSH.format(contact_force), " N")
 
     def force(self, p: Parameters, k: float, b: float, compression: float, closing: float) -> float:
         return k * compression + self.damper(b) * closing

@@ -14,14 +14,11 @@ from math import inf, sqrt
 from types import MappingProxyType
 
 from ..restitution import LEAST, damping_ratio
-from ..values import Inputs, Motion, Parameters, Refusal, rejected
+from ..values import SLOWEST, Inputs, Motion, Parameters, Refusal, rejected
 from .contact import ContactPhase
 from .law import Law, LinearLaw
 from .linear import linear_contact
 from .power_law import PowerLawContact
-
-#: Lengths (m) and rates (1/s) to which a power law may lead.
-_LARGEST = 1e75
 
 #: Beside a larger push on the club head (relative to the contact force without it) rounding errors
 #: would decide whether the bodies separate.
@@ -33,26 +30,13 @@ LARGE_PUSH = (
 )
 
 
-def extreme_powers(n: float, length: float, k: float, closing: float, reach: float) -> Refusal:
-    """Why an exponent is rejected that leads to this compression, m."""
-    given = (
-        f"exponent = {n!r}, reference_compression = {length!r}, k = {k!r} and an approach speed of "
-        f"{closing!r} m/s together leave the range of a double"
-    )
-    reason = (
-        f"the compression that they lead to ({reach:g} m) must be above 0 and below "
-        f"{_LARGEST:g} m, and the time in which they do above {1.0 / _LARGEST:g} s"
-    )
-    return Refusal(f"{given}: {reason}", "exponent", n, reason)
-
-
 def refused_touch(
     club_speed: float, at_rest: float, slope: float, closing: float, coefficient: float
 ) -> Refusal:
     """Why a touch is rejected that has this coefficient of restitution."""
     reason = (
         "restitution_at_rest - restitution_slope * approach speed = "
-        f"{at_rest!r} - {slope!r} * {closing!r} = {coefficient!r} must be above 0 and at most 1; "
+        f"{at_rest!r} - {slope!r} * {closing!r} = {coefficient!r} must be between {LEAST:g} and 1; "
         "set a lower club_speed, or another restitution line at the start"
     )
     sentence = f"club_speed = {club_speed!r} m/s is refused at touch: {reason}"
@@ -82,36 +66,23 @@ class RelativeLaw(LinearLaw):
 
     own_parameters = MappingProxyType({"exponent": 1.0, "restitution_at_rest": 0.0})
 
-    def refusal(self, p: Parameters, inputs: Inputs) -> Refusal | None:
-        """Powers must stay in the range of a double."""
-        n, length = p.exponent, p.reference_compression
-        if n == 1.0:
-            return None
-        closing = inputs[2] - p.ball_speed
-        if closing <= 0.0:
-            return None
-        # The compression that this speed leads to, and its rate.
-        m = 0.5 * (n + 1.0)
-        k, total = inputs[0], p.m_club + p.m_ball
-        omega = sqrt(k / (p.m_club * (p.m_ball / total)))
-        reach = (m * closing / omega) ** (1.0 / m) * length ** (1.0 - 1.0 / m)
-        if 0.0 < reach <= _LARGEST and closing <= _LARGEST * reach:
-            return None
-        return extreme_powers(n, length, k, closing, reach)
-
     def refusal_of_touch(self, p: Parameters, inputs: Inputs) -> Refusal | None:
         """A coefficient of restitution that falls with speed must stay in 0…1."""
         k, _, club_speed, club_force = inputs
         closing = club_speed - p.ball_speed
-        if closing <= 0.0:
+        if closing <= SLOWEST:
             return None
         coefficient = p.restitution_at_rest - p.restitution_slope * closing
         if not p.restitution_at_rest or LEAST <= coefficient <= 1.0:
             if p.exponent == 1.0:
-                return super().refusal_of_touch(p, inputs)
+                return self.refusal_of_push(p, inputs, closing)
             return _refusal_of_force(p, k, club_force, 0.0, closing)
         line = p.restitution_at_rest, p.restitution_slope
         return refused_touch(club_speed, *line, closing, coefficient)
+
+    def refusal_of_push(self, p: Parameters, inputs: Inputs, closing: float) -> Refusal | None:
+        # With an exponent, `contact` checks it against the present motion.
+        return super().refusal_of_push(p, inputs, closing) if p.exponent == 1.0 else None
 
     def damping(self, p: Parameters, k: float, b: float, closing: float) -> float:
         if not p.restitution_at_rest:
