@@ -63,7 +63,7 @@ def run_impact(outputs: Iterable[str] = METRICS, **values: float | str) -> dict[
         >>> round(run_impact(["ball_velocity"], law=2, k="800 N/mm")["ball_velocity"], 2)
         55.23
     """
-    outputs, numbers = known_names(outputs, kind="Real output"), _numbers(values)
+    outputs, numbers = _each_once(known_names(outputs, "Real output")), _numbers(values)
     found, (end,) = engine.run_rows(outputs, numbers, 1, threads=1)
     if end == engine.REFUSED:
         engine.check_impact(numbers)
@@ -117,7 +117,7 @@ def run_impacts(
         >>> impacts.reason
         'b = -9.0 N.s/m is refused: it must be a finite number >= 0'
     """
-    outputs, (columns, shape) = known_names(outputs), columns_of(values)
+    outputs, (columns, shape) = _each_once(known_names(outputs)), columns_of(values)
     found, ends = engine.run_rows(outputs, columns, prod(shape), threads)
     for end in (engine.NOT_TOUCHED, engine.TOUCHED):
         undefined, places = _undefined(end), ends == end
@@ -176,7 +176,7 @@ def run_trajectory(
         >>> run_trajectory(outputs=["force"], times=[1e-4, 3e-4], law=2)["force"].round()
         array([3575., 6556.])
     """
-    outputs, numbers = known_names(outputs, kind="Real output"), _numbers(values)
+    outputs, numbers = _each_once(known_names(outputs, "Real output")), _numbers(values)
     if times is None:
         if not isinstance(points, Integral) or points < 2:
             why = "it must be a whole number of at least 2"
@@ -201,7 +201,7 @@ def run_trajectory(
 
 
 def known_names(names: Iterable[str], kind: str = "output") -> tuple[str, ...]:
-    """The names, of several variables or a single one, each once.
+    """The names, of several variables or a single one.
 
     UserError: one of them is none of an "output", a "Real output" or an "input or parameter".
     """
@@ -210,6 +210,10 @@ def known_names(names: Iterable[str], kind: str = "output") -> tuple[str, ...]:
     for name in names:
         if name not in known:
             raise unknown_name(kind, name, known)
+    return names
+
+
+def _each_once(names: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names))
 
 

@@ -97,7 +97,8 @@ def sensitivities(
         >>> {name: round(slope.item(), 4) for name, slope in slopes["ball_velocity"].items()}
         {'club_speed': 1.5842, 'm_club': 48.1936}
     """
-    outputs, wrt = known_names(outputs), known_names(wrt, "input or parameter")
+    outputs = tuple(dict.fromkeys(known_names(outputs)))
+    wrt = known_names(wrt, "input or parameter")
     for name in (*outputs, *wrt):
         if name in (*FLAGS, *MOMENTARY, "law", "club_force"):
             why = (

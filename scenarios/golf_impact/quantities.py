@@ -11,6 +11,13 @@ from golf_impact.files import read_toml
 #: The allowed values of `law`.
 LAWS_IN_WORDS = f"law is {BY_NAME['law'].allowed}"
 
+#: What is printed where no law is chosen.
+DEFAULT_LAW = (
+    "This is law 1, the source document's, with its k and b unless they are set: a drag on each "
+    "body that loses momentum. --set law=2 for the law that keeps it, --ball roh-lee for a real "
+    "ball."
+)
+
 #: The start values of inputs and parameters by name (SI units).
 START = {row.name: float(row.start) for row in BY_NAME.values() if row.start is not None}
 

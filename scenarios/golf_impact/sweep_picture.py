@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib import colormaps, rcParams
 
 from golf_build import BY_NAME, UNITS
-from golf_impact.quantities import QUANTITIES, Quantity, format_shortest, format_unit
-from golf_impact.sweeps import Design, varies
+from golf_impact.quantities import QUANTITIES, START, Quantity, format_shortest, format_unit
+from golf_impact.sweeps import CONTACT, Design, varies
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,7 +34,8 @@ def draw(design: Design, drawn: np.ndarray, axes: Axes) -> None:
         margin = 0.0 if varies(usable) else 1e-4 * np.abs(usable).max()
         bins = min(60, round(len(usable) ** 0.5))
         axes.hist(usable, bins=bins, range=(usable.min() - margin, usable.max() + margin))
-        axes.set(title=f"{design.cases:,} samples", xlabel=output.plain, ylabel="samples")
+        title = _titled(f"{design.cases:,} samples", design, {})
+        axes.set(title=title, xlabel=output.plain, ylabel="samples")
         return
     grid = {name: values for name, values in design.grid.items() if len(values) > 1}
     # Along amounts rather than names, of which each is a line.
@@ -66,13 +68,37 @@ def draw(design: Design, drawn: np.ndarray, axes: Axes) -> None:
             axes.fill_between(x, low, high, color=line.get_color(), alpha=0.2)
     if others:
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    fixed = ", ".join(_in_words(name, grid[name][0]) for name in others[1:])
     title = f"{output.name} over {_quantity(along).name}"
-    title += f" ({fixed})" if fixed else ""
+    title = _titled(title, design, {name: grid[name][0] for name in others[1:]})
     axes.set(title=title, xlabel=_quantity(along).plain, ylabel=output.plain)
     if len(x) > 2 and x.dtype == float and x[0] > 0.0:
         steps = np.diff(np.log(x))
         axes.set_xscale("log" if np.allclose(steps, steps[0]) else "linear")
+
+
+def _titled(title: str, design: Design, first: Mapping[str, Any]) -> str:
+    """A title with what is fixed: axes at their `first` value, those of one value, law, k and b."""
+    fixed = {**first, **{name: x[0] for name, x in design.grid.items() if len(x) == 1}}
+    if "ball" not in design.axes:
+        fixed |= {name: START[name] for name in CONTACT if name not in design.axes}
+    words = ", ".join(_in_words(name, value) for name, value in fixed.items())
+    return f"{title}\n{words}" if words else title
+
+
+def draw_indices(indices: Mapping[str, Any], axes: Axes) -> None:
+    """Bars of total Sobol indices with their 95 % intervals: a group for each output."""
+    shares = indices["total"]
+    variables = [*next(iter(shares.values()))]
+    width = 0.8 / len(variables)
+    for n, name in enumerate(variables):
+        value, low, high = np.array([row[name] for row in shares.values()]).T
+        places = np.arange(len(shares)) + (n + 0.5) * width - 0.4
+        error = [value - low, high - value]
+        axes.bar(places, value, width, yerr=error, label=_quantity(name).name)
+    labels = [_quantity(output).name for output in shares]
+    axes.set_xticks(range(len(shares)), labels, rotation=45, ha="right")
+    axes.set(title="Share of each variable", ylabel="total Sobol index")
+    axes.legend()
 
 
 def _percentiles(samples: np.ndarray) -> Any:
@@ -100,6 +126,6 @@ def _in_words(name: str, value: Any) -> str:
     """A variable's value: a number in four digits, a name as it is."""
     one = _quantity(name)
     if name in _NAMED:
-        return f"{one.name} {value}"
+        return f"{one.name} {int(value) if name == 'law' else value}"
     digits = format_shortest(float(f"{value * one.factor:.4g}"))
     return f"{one.name} = {digits} {one.unit}".rstrip()

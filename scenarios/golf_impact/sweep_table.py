@@ -16,7 +16,7 @@ from golf_build import VERSION
 from golf_impact.errors import missing_package
 from golf_impact.files import opened
 from golf_impact.runs import FLAGS
-from golf_impact.sweeps import Design
+from golf_impact.sweeps import CONTACT, Design
 from golf_impact.units import unit_of
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def write_table(
             end = min(begin + BLOCK, cases.stop)
             columns = design.columns(np.arange(begin, end))
             found = design.run(columns, impact)
-            write({**columns, **found}, found.refused)
+            write({**design.contacts(columns), **found}, found.refused)
             if found.reason and first is None:
                 first = begin + int(found.refused.argmax()) + 1, found.reason
             refused += int(found.refused.sum())
@@ -73,7 +73,7 @@ def write_table(
 @contextmanager
 def _writer(suffix: str, stream: Any, design: Design) -> Iterator[Write]:
     """A function that writes columns by name, and which of the cases are refused."""
-    names = (*design.axes, *design.outputs)
+    names = (*dict.fromkeys((*design.axes, *CONTACT)), *design.outputs)
     if suffix == ".csv":
         stream.write((",".join(names) + "\n").encode())
     try:

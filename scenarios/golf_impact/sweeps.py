@@ -28,6 +28,9 @@ OUTPUTS = (
     "ball_velocity", "contact_time",
 )  # fmt: skip
 
+#: Of every case, whether they vary or not.
+CONTACT = ("law", "k", "b")
+
 METHODS = ("random", "lhs", "sobol")
 
 _RANGES = {
@@ -38,7 +41,7 @@ _FORMS = " | ".join(("VALUE", "A,B,C", *_RANGES.values()))
 
 #: Points of the design for Sobol indices, a power of 2: each takes an impact for every variable and
 #: two more. Resamples of these points, from which the intervals are.
-_POINTS, _RESAMPLES = 4096, 500
+_POINTS, _RESAMPLES = 4096, 200
 
 #: Values of a grid's axis, or a frozen distribution of SciPy.
 Axis = Any
@@ -121,6 +124,7 @@ class Design:
         outputs: names.
         seed: of the samples.
         method: how they are drawn.
+        threads: the most processors to use.
         shape: numbers of values of the grid's axes, and of samples.
         cases: their product.
     """
@@ -132,7 +136,9 @@ class Design:
         samples: int | None = None,
         seed: int = 0,
         method: str = "random",
+        threads: int | None = None,
     ) -> None:
+        self.threads = threads
         self.axes = {name: parse_axis(name, given) for name, given in sets.items()}
         self.grid = {name: axis for name, axis in self.axes.items() if not _is_random(axis)}
         self.distributions = {name: axis for name, axis in self.axes.items() if _is_random(axis)}
@@ -182,8 +188,8 @@ class Design:
         columns |= {name: values[sample] for name, values in self._samples.items()}
         return {name: columns[name] for name in self.axes}
 
-    def run(self, columns: Mapping[str, Any], impact: Impact | None = None) -> ImpactArrays:
-        """Outputs in the cases of these columns, through an FMU if one is given."""
+    def values(self, columns: Mapping[str, Any]) -> dict[str, Any]:
+        """Inputs and parameters in the cases of these columns: swept ones, and those of balls."""
         values = {name: column for name, column in columns.items() if name != "ball"}
         if "ball" in columns:
             balls = {name: ball(name) for name in self.grid["ball"]}
@@ -192,16 +198,30 @@ class Design:
                 table = [one.values.get(name, START[name]) for one in balls.values()]
                 values[name] = np.array(table)[index]
             values |= conditions_of(balls.values(), self.axes)
+        return values
+
+    def contacts(self, columns: Mapping[str, Any]) -> dict[str, np.ndarray]:
+        """The columns, and of law, k and b those that aren't among them: every table has these."""
+        number, values = len(next(iter(columns.values()))), self.values(columns)
+        more = {name: values.get(name, START[name]) for name in CONTACT if name not in columns}
+        if "law" in more:
+            more["law"] = np.asarray(more["law"]).astype(np.int64)
+        return {**columns, **{n: np.broadcast_to(value, number) for n, value in more.items()}}
+
+    def run(self, columns: Mapping[str, Any], impact: Impact | None = None) -> ImpactArrays:
+        """Outputs in the cases of these columns, through an FMU if one is given."""
+        values = self.values(columns)
         if impact is None:
-            found = run_impacts(self.outputs, **values)
+            found = run_impacts(self.outputs, threads=self.threads, **values)
         else:
             number = len(next(iter(columns.values())))
             whole = {name: np.broadcast_to(value, number) for name, value in values.items()}
             found = impact.many(self.outputs, **whole)
-        if "ball" in columns:
-            for n, one in enumerate(balls.values()):
-                for name in one.unknown(set(found) - {*FLAGS}, self.axes):
-                    found[name] = np.where(index == n, np.nan, found[name])
+        # Of a ball whose stiffness nobody measured, what depends on it isn't known.
+        for name in self.grid["ball"] if "ball" in columns else ():
+            for unknown in ball(name).unknown(set(found) - {*FLAGS}, self.axes):
+                mine = np.asarray(columns["ball"]) == name
+                found[unknown] = np.where(mine, np.nan, found[unknown])
         return found
 
 
@@ -225,6 +245,7 @@ def sweep(
     samples: int | None = None,
     seed: int = 0,
     method: str = "random",
+    threads: int | None = None,
 ) -> ImpactArrays:
     """Compute the impacts of a grid of values, of samples of distributions, or of both.
 
@@ -236,10 +257,11 @@ def sweep(
         samples: with a distribution their number, the same samples at every point of the grid.
         seed: of the samples, at least 0.
         method: "random", "lhs" (Latin hypercube) or "sobol" (Sobol sequence).
+        threads: the most processors to use, as of `golf_impact.run_impacts`.
 
     Returns:
-        The swept variables, then the outputs, by name (SI units): arrays of shape (cases,), with
-        attributes and missing values as of `golf_impact.run_impacts`.
+        The swept variables, law, k and b, then the outputs, by name (SI units): arrays of shape
+        (cases,), with attributes and missing values as of `golf_impact.run_impacts`.
 
     Raises:
         UserError: there is no variable of a name, or something else isn't allowed.
@@ -249,11 +271,11 @@ def sweep(
         >>> table["b"], table["smash_factor"].round(3)
         (array([0., 9., 0., 9.]), array([1.641, 1.562, 1.641, 1.584]))
     """
-    design = Design(sets, outputs, samples, seed, method)
+    design = Design(sets, outputs, samples, seed, method, threads)
     columns = design.columns(np.arange(design.cases))
     table = design.run(columns)
     # The swept variables first.
-    table.update(columns | {name: table.pop(name) for name in design.outputs})
+    table.update(design.contacts(columns) | {name: table.pop(name) for name in design.outputs})
     return table
 
 
@@ -262,55 +284,39 @@ def sobol_indices(design: Design, impact: Impact | None = None) -> dict[str, Any
 
     The shares of an output's variance that a variable explains alone (Saltelli et al., Comput.
     Phys. Commun. 181, 259-270, 2010) and with all its interactions (Jansen, Comput. Phys. Commun.
-    117, 35-43, 1999), from impacts of a design of its own. Points without a result are left out,
-    which `scipy.stats.sobol_indices` can't do.
+    117, 35-43, 1999), by SALib, from impacts of a design of its own. Points without a result are
+    left out, which `scipy.stats.sobol_indices` can't do; nor are its intervals reproducible.
 
     Returns:
         {"first_order" | "total": {output: {variable: [value, low, high]}}, "samples", "seed",
         "version"}; NaN for an output that is constant but for rounding.
     """
+    try:
+        from SALib.analyze.sobol import analyze
+    except ImportError as error:
+        raise missing_package("Sobol indices", "SALib", "sweep") from error
     axes, generator = design.distributions, np.random.default_rng(design.seed)
     both = _shares("sobol", 2 * len(axes), generator, _POINTS)
     first, second = both[:, : len(axes)], both[:, len(axes) :]
     mixed = [np.where(np.arange(len(axes)) == n, second, first) for n in range(len(axes))]
-    points = np.concatenate([first, second, *mixed])
+    points = np.concatenate([first, *mixed, second])
     columns = {name: np.repeat(values, len(points)) for name, values in design.grid.items()}
     columns |= {name: axis.ppf(points[:, n]) for n, (name, axis) in enumerate(axes.items())}
     found = design.run(columns, impact)
     rows = np.array([np.where(found.refused, np.nan, column) for column in found.values()])
     rows = rows.reshape(len(found), -1, _POINTS)
     rows = rows[..., np.isfinite(rows).all(axis=(0, 1))]
-    estimates = _estimates(rows, generator)
-    indices: dict[str, Any] = {
-        kind: {output: dict(zip(axes, shares)) for output, shares in zip(found, of_kind)}
-        for kind, of_kind in zip(("first_order", "total"), estimates.tolist())
-    }
+    problem = {"num_vars": len(axes), "names": [*axes], "bounds": [[0.0, 1.0]] * len(axes)}
+    indices: dict[str, Any] = {"first_order": {}, "total": {}}
+    for output, values in zip(found, rows):
+        shares = {}
+        if varies(values):
+            shares = analyze(
+                problem, values.T.ravel(), calc_second_order=False, num_resamples=_RESAMPLES,
+                seed=design.seed,
+            )  # fmt: skip
+        for kind, name in (("first_order", "S1"), ("total", "ST")):
+            value, off = (shares.get(n, np.full(len(axes), np.nan)) for n in (name, f"{name}_conf"))
+            interval = np.stack([value, value - off, value + off], axis=-1)
+            indices[kind][output] = dict(zip(axes, interval.tolist()))
     return indices | {"samples": _POINTS, "seed": design.seed, "version": VERSION}
-
-
-def _estimates(rows: np.ndarray, generator: np.random.Generator) -> np.ndarray:
-    """Shares, shape (2: alone or in total, outputs, variables, 3: value and its interval).
-
-    `rows`, shape (outputs, 2 + variables, points), are outputs at both designs, and by variable at
-    the first with a column of the second.
-    """
-    outputs, variables, points = rows.shape[0], rows.shape[1] - 2, rows.shape[2]
-    shares = np.full((2, outputs, variables, 3), np.nan)
-    if not points:
-        return shares
-    # Every resample weighs the points by how often it draws them; the first row has each once.
-    weights = np.full((_RESAMPLES + 1, points), 1.0 / points)
-    for row in weights[1:]:
-        row *= np.bincount(generator.integers(points, size=points), minlength=points)
-    for n, of_output in enumerate(rows):
-        if not varies(of_output):
-            continue
-        first, second, *mixed = of_output - of_output[:2].mean()
-        mean = weights @ (first + second) / 2.0
-        variance = weights @ (first**2 + second**2) / 2.0 - mean**2
-        alone = [weights @ (second * (other - first)) / variance for other in mixed]
-        total = [weights @ ((first - other) ** 2 / 2.0) / variance for other in mixed]
-        both = np.array([alone, total])
-        interval = np.percentile(both[..., 1:], (2.5, 97.5), axis=-1)
-        shares[:, n] = np.stack([both[..., 0], *interval], axis=-1)
-    return shares

@@ -18,8 +18,9 @@ import golf_impact
 from golf_build import VERSION
 from golf_impact import sweep_cluster, sweep_table
 from golf_impact.ball import BALLS
+from golf_impact.quantities import START
 from golf_impact.results import plotting
-from golf_impact.sweep_picture import draw
+from golf_impact.sweep_picture import draw, draw_indices
 from golf_impact.sweeps import OUTPUTS, Design, parse_axis, sobol_indices
 
 
@@ -61,7 +62,7 @@ def test_samples(method):
 
     def samples(seed):
         found = golf_impact.sweep(sets, ["impulse"], samples=1024, seed=seed, method=method)
-        assert list(found) == [*sets, "impulse"]
+        assert list(found) == [*sets, "law", "impulse"]
         # Every point of the grid has the same samples, which vary fastest.
         assert found["b"].tolist() == [0.0] * 1024 + [9.0] * 1024
         assert all((found[name][:1024] == found[name][1024:]).all() for name in sets if name != "b")
@@ -113,15 +114,20 @@ def test_numbers_are_those_of_single_impacts(fmu_path, tmp_path, monkeypatch, se
         rows = [*zip(*columns)]
         assert table.schema.metadata[b"version"].decode() == VERSION
         assert table.schema.field("club_velocity").metadata == {b"unit": b"m/s"}
-    assert header == [*sets, *outputs]
+    # Law, k and b are named in every table.
+    shown = [*dict.fromkeys([*sets, "law", "k", "b"])]
+    assert header == [*shown, *outputs]
+    assert ("This is law 1" in done.stdout) == (not {"law", "ball"} & {*sets})
     # Without a rate: the time of so few is that of the start.
-    assert re.match(rf"{len(rows)} cases in [\d.]+ s\n", done.stdout)
+    assert re.search(rf"^{len(rows)} cases in [\d.]+ s$", done.stdout, re.MULTILINE)
     refusals = []
     for number, row in enumerate(rows, 1):
+        contact = {name: float(x) for name, x in zip(shown, row) if name in ("law", "k", "b")}
         given = dict(zip(sets, row))
         ball = BALLS[given.pop("ball")].values if "ball" in given else {}
         values = {**ball, **{name: float(value) for name, value in given.items()}}
-        cells = row[len(sets) :]
+        assert contact == {name: ({**START, **values})[name] for name in contact}
+        cells = row[len(shown) :]
         try:
             expected = golf_impact.run_impact(OUTPUTS, **values)
         except golf_impact.UserError as error:
@@ -188,8 +194,10 @@ def test_the_indices_file(tmp_path):
     for others in ((*sets, "--set=gap=0,1"), sets[:2]):
         golf_here("sweep", *others, *options, tmp_path / "x.csv", code=0)
         assert {path.name for path in tmp_path.iterdir()} == {"x.csv"}
-    golf_here("sweep", *sets, *options, tmp_path / "x.csv", code=0)
+    done = golf_here("sweep", *sets, *options, tmp_path / "x.csv", code=0)
     assert {path.name for path in tmp_path.iterdir()} == {"x.csv", "x.json"}
+    row = r"contact_time +│ +total │ (0\.9|1\.0)\d+ ± 0\.0\d\d │ 0\.0"
+    assert re.search(row, done.stdout), done.stdout
     found = json.loads((tmp_path / "x.json").read_text())
     assert {**found, "first_order": 0, "total": 0} == {
         "first_order": 0, "total": 0, "samples": 4096, "seed": 2, "version": VERSION
@@ -245,7 +253,7 @@ def test_lines_of_some_values():
         axes = Figure().subplots()
         draw(design, force + samples, axes)
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("k (N/mm)", "max force (N)")
-    assert "(club speed = 40 m/s)" in axes.get_title("left")
+    assert axes.get_title("left").endswith("\nclub speed = 40 m/s, law 1")
     labels = [f"b = {b} N·s/m" for b in (7, 6, 5, 3, 2, 1, 0)]
     assert [line.get_label() for line in axes.lines] == labels
     assert len({(*line.get_color(), line.get_linestyle()) for line in axes.lines}) == 7
@@ -294,6 +302,13 @@ def test_few_cases_are_computed_for_the_choice(monkeypatch, cases, most):
     assert Design({"k": f"1e6:2e6:{cases}"}, ("smash_factor", "force")).drawn
     (columns,) = computed
     assert 0 < len(columns["k"]) <= most
+
+
+def test_bars_of_indices(axes):
+    index = {"k": [0.2, 0.1, 0.3], "b": [0.8, 0.7, 0.9]}
+    draw_indices({"total": {"impulse": index, "max_force": index}}, axes)
+    assert [bar.get_height() for bar in axes.patches] == [0.2, 0.2, 0.8, 0.8]
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["k", "b"]
 
 
 def test_a_picture_beside_the_table(tmp_path):

@@ -101,7 +101,7 @@ def own_case(
     """Results and force of a case with each ball (or none); values (SI) override a ball's."""
     import numpy as np
 
-    from golf_impact.quantities import QUANTITIES, NoValue, derived, describe
+    from golf_impact.quantities import DEFAULT_LAW, QUANTITIES, NoValue, derived, describe
     from golf_impact.results import Result
     from golf_impact.runs import METRICS
 
@@ -144,11 +144,8 @@ def own_case(
     what = ", ".join(f"{name} = {value:g}" for name, value in values.items())
     title = f"{what or 'as in the ball'} (SI units)"
     result.tables.append((title, ["", *result.cases], [*zip(labels, *cells)]))
-    if not balls and values.get("law", 1.0) == 1.0:
-        result.words = (
-            "This is law 1, the source document's, with its k and b unless they are set: a drag on "
-            "each body that loses momentum. --ball roh-lee for a real ball."
-        )
+    if values.get("law", 1.0) == 1.0 and any("law" not in (b.values if b else {}) for b in chosen):
+        result.words = f"{result.words} {DEFAULT_LAW}".strip()
     return result
 
 

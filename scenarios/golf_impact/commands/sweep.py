@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from typer import Option
 
-from golf_impact.commands.console import progress, say, warn
+from golf_impact.commands.console import print_table, progress, say, warn
 from golf_impact.commands.options import pairs_of, take_conditions
 from golf_impact.errors import UserError
 
@@ -53,6 +54,7 @@ def sweep(
     """
     from golf_impact import files
     from golf_impact.ball import ball
+    from golf_impact.quantities import DEFAULT_LAW
     from golf_impact.sweep_table import write_table
     from golf_impact.sweeps import OUTPUTS, Design, sobol_indices
     from golf_impact.units import remarks
@@ -71,6 +73,8 @@ def sweep(
     ends += [{name: axis.mean()} for name, axis in design.distributions.items()]
     for words in dict.fromkeys(words for end in ends for words in remarks(end)):
         warn(words, style="yellow")
+    if "law" not in design.values({name: x[:1] for name, x in design.grid.items()}):
+        say(DEFAULT_LAW)
     with_indices = len(design.distributions) > 1 and design.cases == design.shape[-1]
     # On a cluster it is a folder.
     kinds = ((out.suffix, scheduler is None), (".json", with_indices), (".png", figures))
@@ -92,11 +96,11 @@ def sweep(
 
             summary = sweep_on_cluster(scheduler, out, design, move)
         seconds = time.perf_counter() - start
-        written = [out]
+        written, indices = [out], {}
         if with_indices:
             indices = sobol_indices(design, impact)
             written.append(files.write(out.with_suffix(".json"), files.as_json(indices)))
-    if figures and (picture := _picture(design, summary.drawn)):
+    if figures and (picture := _picture(design, summary.drawn, indices)):
         written.append(files.write(out.with_suffix(".png"), picture))
     cases = f"{design.cases:,} case{'s' * (design.cases != 1)}"
     # The time of a few is that of the start.
@@ -105,21 +109,42 @@ def sweep(
     if summary.first is not None:
         row, reason = summary.first
         say(f"Refused: {summary.refused:,} of them; the first is row {row:,}: {reason}")
+    if indices:
+        print_table(*_table(indices))
     say(f"Written: {', '.join(map(str, written))}")
 
 
-def _picture(design: Design, drawn: np.ndarray) -> bytes:
+def _table(indices: Mapping[str, Any]) -> tuple[str, list[str], list[list[str]]]:
+    """Sobol indices: title, columns, rows."""
+    rows = [
+        [output, kind.replace("_", " "), *(_with_interval(*index) for index in of.values())]
+        for output in indices["total"]
+        for kind, of in ((kind, indices[kind][output]) for kind in ("first_order", "total"))
+    ]
+    variables = [*next(iter(indices["total"].values()))]
+    return "Sobol indices, 95 %", ["", "", *variables], rows
+
+
+def _with_interval(value: float, low: float, high: float) -> str:
+    return f"{value:.3f} ± {0.5 * (high - low):.3f}" if value == value else "–"
+
+
+def _picture(design: Design, drawn: np.ndarray, indices: Mapping[str, Any]) -> bytes:
     """A PNG image; empty if there are fewer than two values."""
     import numpy as np
 
     from golf_impact.results import plotting, png
-    from golf_impact.sweep_picture import draw
+    from golf_impact.sweep_picture import draw, draw_indices
 
     if np.isfinite(drawn).sum() < 2:
         return b""
     with plotting():
         import matplotlib.pyplot as plt
 
-        figure, axes = plt.subplots()
-        draw(design, drawn, axes)
+        count = 2 if indices else 1
+        figure, places = plt.subplots(1, count, squeeze=False)
+        figure.set_figwidth(count * figure.get_figwidth())
+        draw(design, drawn, places[0, 0])
+        if indices:
+            draw_indices(indices, places[0, 1])
         return png(figure)
