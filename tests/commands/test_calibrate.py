@@ -209,7 +209,7 @@ def test_a_name_that_it_does_not_have():
 
 @pytest.mark.ci
 def test_intervals_of_few_rows():
-    """Where χ² rises: touch may lie between other two rows. Measured: 65 of 69 contain the truth."""
+    """Where χ² rises: touch may lie between other two rows. Measured: 65 of 69 hold."""
     held = []
     for seed in range(20):
         found = fitted(record(40, lead=0.15, trail=0.25, seed=seed), **FREE)
