@@ -194,8 +194,8 @@ def test_after_separation_results_are_constant_and_the_compression_only_falls(wa
 
 def test_the_time_of_the_largest_force_never_goes_back(way):
     """Near its maximum the force is flat: a later value may be larger by rounding."""
-    values = {"m_club": 1.6511082076446364, "m_ball": 0.6056538241224874, "b": 281579248.5904923}
-    path = way.path(values | {"club_speed": 1.0}, [(2.5483879036306085e-09, {})] * 64)
+    values = {"m_club": 1.6511082076446364, "m_ball": 0.6056538241224874, "b": 1.2e7}
+    path = way.path(values | {"club_speed": 1.0}, [(6e-8, {})] * 64)
     times = [now["time_of_max_force"] for now in path]
     assert times == sorted(times)
 
@@ -213,7 +213,7 @@ def test_the_largest_force_comes_after_a_change_just_before_it(way, before):
 @pytest.mark.parametrize("values", [{"law": 1}, {"law": 2, "b": 0.0}], ids=["law 1", "law 2"])
 def test_a_change_while_the_compression_underflows(way, values):
     """Right after touch neither compression nor force is above 0, but the bodies close."""
-    found = run(way, {**values, "club_speed": 1e-200}, [1e-130, (1.0, {"k": 2e6})])
+    found = run(way, {**values, "club_speed": 1e-29}, [1e-300, (1.0, {"k": 2e6})])
     names = ("smash_factor", "coefficient_of_restitution", "contact_time")
     # A linear law's don't depend on the speed.
     expected = golf_impact.run_impact(names, k=2e6, **values)
