@@ -41,6 +41,12 @@ FLIGHTS = [
     (60.0, {"launch_angle": 0.3, "backspin": -100.0}),
     *((60.0, {"launch_angle": 0.3, "backspin": LIMIT * (1.0 + n)}) for n in (-1e-12, 0.0, 1e-12)),
     (60.0, {"launch_angle": 0.3, "backspin": LIMIT * 1.5, "spin_decay": 0.0}),
+    # S is at its limit from the launch on, without spin and with it.
+    (74.65568, {"backspin": 0.0, "spin_ratio_limit": 0.0}),
+    (74.65568, {"spin_ratio_limit": 0.0}),
+    # The spin is lost within a thousandth of the flight; the lift of hardly any spin remains.
+    (74.65568, {"spin_decay": 1.0}),
+    (74.65568, {"spin_decay": 1.0, "spin_ratio_limit": 0.2}),
     # S falls below its limit in the piece of the series that reaches the ground.
     (2.3, {"launch_angle": 0.8, "backspin": 62.0, "spin_decay": 1e-4}),
     # Within one piece of its series it dips 0.49 m below the ground.

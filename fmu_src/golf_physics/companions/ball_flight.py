@@ -29,7 +29,7 @@ and `land_angle` are those of the whole flight from the launch on.
 from bisect import bisect_right
 from collections.abc import Sequence
 from functools import partial
-from math import atan2, cos, isfinite, log, pi, sin, sqrt
+from math import atan2, cos, exp, isfinite, log, pi, sin, sqrt
 from typing import ClassVar, NamedTuple
 
 from ..numerics.chebyshev import differentiate, interpolate
@@ -59,6 +59,11 @@ class Air(NamedTuple):
     gravity: float
     limit: float  #: of S
     wind: float = 0.0  #: its slope over ln(1 + y/z), m/s
+    surface_speed: float = 0.0  #: radius times backspin at launch, not negative, m/s
+
+    def spin(self, way: float) -> float:
+        """The surface speed r w (m/s) after a way through the air (m)."""
+        return self.surface_speed * exp(-self.decay * way)
 
     def held(self) -> "Air":
         """The same with S held at its limit."""
@@ -74,14 +79,18 @@ def _airspeed(air: Air, y: float, u: float, h: float) -> tuple[float, float]:
 
 
 def _slopes(air: Air, t: float, motion: Sequence[float]) -> tuple[float, float, float]:
-    """Of u, h and the surface speed a = r w (m/s): the equations of the module's text."""
-    _, y, u, h, a = motion
+    """Of u, h and the way s through the air: the equations of the module's text.
+
+    They leave w = w0 exp(-d s / r): integrated as w, a fast decay would be stiff.
+    """
+    _, y, u, h, way = motion
     p, v = _airspeed(air, y, u, h)
+    a = air.spin(way)
     d0, d1, d2, d3 = air.drag
-    l0, l1, l2, l3 = air.lift if a else (0.0,) * 4
+    l0, l1, l2, l3 = air.lift
     drag = d0 * v + d1 * a + d2 * a * a / v + d3 * v * v
     lift = l0 * v + l1 * a + l2 * a * a / v + l3 / v
-    return -(drag * p + lift * h), lift * p - drag * h - air.gravity, -air.decay * a * v
+    return -(drag * p + lift * h), lift * p - drag * h - air.gravity, v
 
 
 class Flight:
@@ -91,7 +100,6 @@ class Flight:
         launch: when the ball is launched, s.
         speed: at launch, m/s.
         angle: of the launch, rad.
-        surface_speed: radius times backspin at launch, not negative, m/s.
         air: what acts on the ball.
 
     Attributes:
@@ -104,17 +112,15 @@ class Flight:
         OverflowError: the ball doesn't land, or the flight leaves the range of a double.
     """
 
-    def __init__(
-        self, launch: float, speed: float, angle: float, surface_speed: float, air: Air
-    ) -> None:
-        self.arguments = launch, speed, angle, surface_speed, air
+    def __init__(self, launch: float, speed: float, angle: float, air: Air) -> None:
+        self.arguments = launch, speed, angle, air
         self.carry = self.apex = self.duration = self.land_angle = 0.0
         self._panels: list[Panel] = []
         #: When a panel gives way to the next, s since the launch: its end, or S crosses its limit.
         self._ends: list[float] = []
-        motion = [0.0, 0.0, speed * cos(angle), speed * sin(angle), surface_speed]
-        beyond, t, width = surface_speed > air.limit * abs(speed), 0.0, _FIRST_WIDTH
-        scales = abs(speed), abs(speed), surface_speed or 1.0
+        motion = [0.0, 0.0, speed * cos(angle), speed * sin(angle), 0.0]
+        beyond, t, width = air.surface_speed > air.limit * abs(speed), 0.0, _FIRST_WIDTH
+        scales = (abs(speed),) * 3
         # On a level launch the ball leaves the ground if its lift exceeds its weight.
         level = motion[3] == 0.0 and speed != 0.0
         first = air.held() if beyond else air
@@ -147,10 +153,13 @@ class Flight:
     def _crossing(self, panel: Panel, times: Sequence[float], beyond: bool) -> float | None:
         """When S crosses its limit at these times of a panel; None if it doesn't."""
         air, sign = self.arguments[-1], 1.0 if beyond else -1.0
+        # S stays 0, or above 0.
+        if not (air.surface_speed and air.limit):
+            return None
 
         def margin(t: float) -> float:
-            _, y, u, h, a = panel.at(t)
-            return sign * (a - air.limit * _airspeed(air, y, u, h)[1])
+            _, y, u, h, way = panel.at(t)
+            return sign * (air.spin(way) - air.limit * _airspeed(air, y, u, h)[1])
 
         slope = differentiate(interpolate(map(margin, panel.times()[-2:0:-1])))
         return first_fall(margin, panel.function(slope), times)
@@ -187,14 +196,15 @@ class BallFlight(Companion):
         k = 0.5 * self.air_density * pi * radius * radius / self.m_ball
         reynolds = self.ball_diameter / self.kinematic_viscosity * 1e-5  # R / v
         # Topspin has the lift of backspin downwards.
-        upwards = -k if self.backspin < 0.0 else k
+        upwards = k * ((self.backspin > 0.0) - (self.backspin < 0.0))
         drag = [k * getattr(self, f"drag_{term}") for term in _TERMS]
         lift = [upwards * getattr(self, f"lift_{term}") for term in _TERMS]
         drag[3] *= reynolds
         lift[3] /= reynolds**2
         wind = self.wind_speed / log(1.0 + 10.0 / _ROUGHNESS)
         decay = self.spin_decay / radius
-        air = Air(tuple(drag), tuple(lift), decay, self.gravity, self.spin_ratio_limit, wind)
-        launch = self.touch_time + self.contact_time
         surface_speed = radius * abs(self.backspin)
-        return Flight(launch, self.ball_velocity, self.launch_angle, surface_speed, air)
+        limit = self.spin_ratio_limit
+        air = Air(tuple(drag), tuple(lift), decay, self.gravity, limit, wind, surface_speed)
+        launch = self.touch_time + self.contact_time
+        return Flight(launch, self.ball_velocity, self.launch_angle, air)

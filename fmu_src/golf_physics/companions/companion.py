@@ -9,7 +9,7 @@ from ..values import Refusal
 from ..variables import Variable
 
 #: It changes with the layout of a state.
-_VERSION = "golf-impact companion 3"
+_VERSION = "golf-impact companion 4"
 
 #: Values by the names of their attributes.
 State = dict[str, Any]
