@@ -32,7 +32,7 @@ A scenario script imports `golf_impact.scenario`; the console script is `golf_im
 #: The modules of the public names; their types are in __init__.pyi.
 _MODULES = {
     "Ball": "ball", "Calibration": "calibration.calibration", "UserError": "errors",
-    "Impact": "fmu", "sweep": "sweeps",
+    "Impact": "fmu", "sweep": "sweeps", "drive": "shots",
     "calibrate": "calibration.calibration", "read_ball": "ball", "balls": "api",
     "run_impact": "api", "run_impacts": "api", "run_trajectory": "api",
     "sensitivities": "derivatives",

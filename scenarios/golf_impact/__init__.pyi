@@ -10,6 +10,7 @@ from golf_impact.calibration.calibration import calibrate as calibrate
 from golf_impact.derivatives import sensitivities as sensitivities
 from golf_impact.errors import UserError as UserError
 from golf_impact.fmu import Impact as Impact
+from golf_impact.shots import drive as drive
 from golf_impact.sweeps import sweep as sweep
 
 __version__: str

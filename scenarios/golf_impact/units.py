@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
+from math import pi
 from typing import Any
 
 from golf_build import BY_NAME, UNITS
@@ -18,6 +19,8 @@ _MORE = {
     "s": {"ns": 1e-9},
     "m/s": {"ft/s": 0.3048, "fps": 0.3048, "kph": 1.0 / 3.6, "kmh": 1.0 / 3.6},
     "N": {"lbf": 4.4482216152605, "daN": 10.0, "mN": 1e-3},
+    "rad": {"rad": 1.0, "deg": pi / 180.0, "°": pi / 180.0},
+    "rad/s": {"rad/s": 1.0, "rpm": pi / 30.0},
     "N/m": {"kN/mm": 1e6, "MN/m": 1e6, "lbf/in": 4.4482216152605 / 0.0254},
 }
 
@@ -81,11 +84,14 @@ def si_value(text: str, unit: str) -> float:
     return float(number) if size == 1.0 else float(f"{float(number) * size:.15g}")
 
 
-def number(name: str, value: Any) -> float:
-    """The value of an input or parameter in SI units, from a number or text; else a UserError."""
+def number(name: str, value: Any, unit: str | None = None) -> float:
+    """The value of an input or parameter in SI units, from a number or text; else a UserError.
+
+    `unit` is the SI unit, by default that of ClubBallImpact's variable.
+    """
     try:
         if isinstance(value, str):
-            return si_value(value, unit_of(name))
+            return si_value(value, unit_of(name) if unit is None else unit)
         if isinstance(value, bytes) or getattr(value, "ndim", None):
             raise TypeError
         return float(value)

@@ -19,8 +19,8 @@ import golf_impact
 from golf_impact import Impact, UserError
 
 PUBLIC = (
-    "Ball", "Calibration", "Impact", "UserError", "balls", "calibrate", "read_ball", "run_impact",
-    "run_impacts", "run_trajectory", "sensitivities", "sweep",
+    "Ball", "Calibration", "Impact", "UserError", "balls", "calibrate", "drive", "read_ball",
+    "run_impact", "run_impacts", "run_trajectory", "sensitivities", "sweep",
 )  # fmt: skip
 
 
@@ -42,7 +42,8 @@ def test_public_names():
 
 #: What has examples in its documentation.
 EXAMPLES = {
-    "Impact", "calibrate", "run_impact", "run_impacts", "run_trajectory", "sensitivities", "sweep"
+    "Impact", "calibrate", "drive", "run_impact", "run_impacts", "run_trajectory",
+    "sensitivities", "sweep",
 }  # fmt: skip
 
 #: Public functions and methods by name.
@@ -77,7 +78,7 @@ def test_documentation(name):
         assert "UserError" in text
     if name in EXAMPLES:
         assert "SI units" in text
-        assert name in ("calibrate", "run_impact") or "shape" in text
+        assert name in ("calibrate", "drive", "run_impact") or "shape" in text
 
 
 @pytest.mark.parametrize("name", PUBLIC)

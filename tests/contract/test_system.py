@@ -15,6 +15,7 @@ from fmus import begin, discard, get, is_set, make_instance, put
 from programs import run_importer
 from test_swing import AT, AT_THE_BALL, sequence, swung
 
+import golf_impact
 from golf_build import native
 from golf_build.system import CONNECTIONS, DRIVE, SYSTEM
 from golf_build.system import build as build_system
@@ -294,3 +295,34 @@ def test_the_ball_has_landed_at_the_proposed_stop_time(ssp, structure):
     landed, distance, carry = run_in("fmpy", ssp, 0.01, stop, names).values()
     assert landed == 1.0
     assert distance == pytest.approx(carry, rel=1e-12)
+
+
+def test_a_drive_in_python_is_that_of_the_system(ssp):
+    """`golf_impact.drive` with the system's ball, head and angles; the swing gives the speed."""
+    outputs = {
+        "ClubBallImpact": ("smash_factor", "ball_velocity"),
+        "Launch": ("ball_speed", "launch_angle", "backspin"),
+        "BallFlight": ("carry", "apex", "flight_time", "land_angle"),
+    }
+    names = [f"{part}.{name}" for part, some in outputs.items() for name in some]
+    expected = run_in("fmpy", ssp, 1e-2, 8.4, names)
+    values = DRIVE["Launch"] | DRIVE["ClubBallImpact"] | {"m_club": DRIVE["Launch"]["m_club"]}
+    path, loft = values.pop("attack_angle"), values.pop("dynamic_loft")
+    ball = expected["ClubBallImpact.ball_velocity"]
+    speed = ball / expected["ClubBallImpact.smash_factor"] / math.cos(loft - path)
+    found = golf_impact.drive("tour", speed, loft, path, **values)
+    for name in names:
+        assert found[name.partition(".")[2]] == pytest.approx(expected[name], rel=1e-12), name
+
+
+@pytest.mark.parametrize(
+    ("values", "sentence"),
+    [
+        ({"loft": 10.5}, "loft = 10.5 is refused.*'10.5 deg'"),
+        ({"club_speed": 0.0}, "must meet, and separate"),
+        ({"wind": 5.0}, "no parameter 'wind'.*wind_speed"),
+    ],
+)
+def test_a_drive_that_cannot_be_is_refused(values, sentence):
+    with pytest.raises(golf_impact.UserError, match=sentence):
+        golf_impact.drive(**values)
