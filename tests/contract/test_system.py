@@ -1,6 +1,7 @@
 """Swing ⇄ ClubBallImpact → Launch → BallFlight: the .ssp in three tools, by any steps."""
 
 import math
+import re
 import zipfile
 from functools import cache
 from itertools import chain
@@ -10,7 +11,7 @@ import fmpy
 import numpy as np
 import pytest
 from compare import assert_close
-from conftest import some
+from conftest import HERE, some
 from fmus import begin, discard, get, is_set, make_instance, put
 from programs import run_importer
 from test_swing import AT, AT_THE_BALL, sequence, swung
@@ -297,6 +298,12 @@ def test_the_ball_has_landed_at_the_proposed_stop_time(ssp, structure):
     assert distance == pytest.approx(carry, rel=1e-12)
 
 
+#: Ball and head of the system as parameters of `golf_impact.drive`.
+OF_THE_DRIVE = DRIVE["ClubBallImpact"] | DRIVE["Launch"]
+for name in ("dynamic_loft", "attack_angle"):
+    del OF_THE_DRIVE[name]
+
+
 def test_a_drive_in_python_is_that_of_the_system(ssp):
     """`golf_impact.drive` with the system's ball, head and angles; the swing gives the speed."""
     outputs = {
@@ -306,11 +313,10 @@ def test_a_drive_in_python_is_that_of_the_system(ssp):
     }
     names = [f"{part}.{name}" for part, some in outputs.items() for name in some]
     expected = run_in("fmpy", ssp, 1e-2, 8.4, names)
-    values = DRIVE["Launch"] | DRIVE["ClubBallImpact"] | {"m_club": DRIVE["Launch"]["m_club"]}
-    path, loft = values.pop("attack_angle"), values.pop("dynamic_loft")
+    path, loft = (DRIVE["Launch"][name] for name in ("attack_angle", "dynamic_loft"))
     ball = expected["ClubBallImpact.ball_velocity"]
     speed = ball / expected["ClubBallImpact.smash_factor"] / math.cos(loft - path)
-    found = golf_impact.drive("tour", speed, loft, path, **values)
+    found = golf_impact.drive("tour", speed, loft, path, **OF_THE_DRIVE)
     for name in names:
         assert found[name.partition(".")[2]] == pytest.approx(expected[name], rel=1e-12), name
 
@@ -326,3 +332,14 @@ def test_a_drive_in_python_is_that_of_the_system(ssp):
 def test_a_drive_that_cannot_be_is_refused(values, sentence):
     with pytest.raises(golf_impact.UserError, match=sentence):
         golf_impact.drive(**values)
+
+
+def test_parameters_of_the_system_by_fmpy(ssp):
+    """The README's lines set another loft; `drive` with it has the same launch and flight."""
+    text = (HERE.parent / "fmu_src/golf_physics/companions/README.md").read_text("utf-8")
+    (code,) = (one for one in re.findall("```python\n(.*?)```", text, re.S) if "ssp" in one)
+    found: dict = {}
+    exec(code.replace("build/GolfSwing.ssp", str(ssp)), found)
+    same = golf_impact.drive("tour", AT_THE_BALL, found["loft"], found["attack"], **OF_THE_DRIVE)
+    for name in ("Launch.launch_angle", "BallFlight.carry"):
+        assert found["rows"][name][-1] == pytest.approx(same[name.partition(".")[2]], rel=1e-12)

@@ -11,6 +11,12 @@ from golf_impact.units import remarks, si_value, unit_of
 if TYPE_CHECKING:
     from golf_impact.ball import Ball
 
+#: What users look for here, and other FMUs have.
+_OF_A_SHOT = (
+    "loft", "dynamic_loft", "spin_loft", "attack_angle", "launch_angle", "backspin", "friction",
+    "wind_speed", "carry",
+)  # fmt: skip
+
 
 def case_of(pairs: Iterable[str], names: Iterable[str]) -> tuple[dict[str, Any], "list[Ball]"]:
     """Numbers (SI) by name, of options --set and of the conditions of balls; and these balls."""
@@ -18,6 +24,12 @@ def case_of(pairs: Iterable[str], names: Iterable[str]) -> tuple[dict[str, Any],
 
     values: dict[str, Any] = {}
     for name, text in pairs_of(pairs, "NAME=VALUE, e.g. --set k=8e5").items():
+        if name in _OF_A_SHOT:
+            raise UserError(
+                f"--set {name}={text} is refused: ClubBallImpact moves along the face normal; "
+                "loft and flight are in golf_impact.drive(loft=…, attack_angle=…) and in "
+                "GolfSwing.ssp (Launch.dynamic_loft, Launch.attack_angle)"
+            )
         try:
             values[name] = si_value(text, unit_of(name))
         except ValueError as error:
