@@ -88,7 +88,7 @@ REFUSED = {
     "run --set restitution_at_rest=0.9": "law = 1",
     "run --set k=1 --set k=2": "k is given twice",
     "run --set k=770lb": "--set k=770lb is refused: 'lb' isn't a unit it may have: N/m, kN/m, N/mm",
-    "run --set loft=10.5": "--set loft=10.5 is refused: ClubBallImpact moves along the face normal; loft and flight are in",
+    "run --set loft=10.5": "--set loft=10.5 is refused: ClubBallImpact moves along",
     "run --set m_club=5m": "'m' isn't a unit it may have: kg",
     "run --ball cannon": "choose from document, ",
     "run --ball none.toml": "can't read none.toml",
