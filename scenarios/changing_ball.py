@@ -35,12 +35,15 @@ def run(impact):
         result.cases[f"step {step * 1e6:g} µs"] = end
         final.append(list(end.values()))
         rows.append([f"{step * 1e6:g}", *(repr(value) for value in end.values())])
-        style = "-" if step == STEPS[-1] else "o"
+        # The coarse steps over the line of the fine ones.
+        style = {1e-3: "s", 1e-4: "o"}.get(step, "-")
         label = f"steps of {step * 1e6:g} µs"
-        axes.plot(path["time"] * 1e6, path["force"] / 1e3, style, ms=4, label=label)
+        axes.plot(
+            path["time"] * 1e6, path["force"] / 1e3, style, ms=7, lw=1, zorder=3 - step, label=label
+        )
     constant = impact.simulate(1e-3, ["force"], 1e-6, start_values={"law": 2})
     axes.plot(constant["time"] * 1e6, constant["force"] / 1e3, ":", label="without the change")
-    axes.set(title="Contact force: k drops and b rises at 200 µs")
+    axes.set(title="A ball that yields at 200 µs: less force, longer contact")
     axes.set(xlabel="time (µs)", ylabel="contact force (kN)")
     axes.legend()
     result.figures["changing_ball"] = figure

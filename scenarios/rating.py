@@ -67,7 +67,7 @@ def run(impact):
     result.tables.append(("Predictions with the measured COR line", columns, table))
 
     figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4.2))
-    figure.suptitle("Compression ratings (indicative): law 2, k from the rating")
+    figure.suptitle("With the measured COR line no rating is faster (law 2, k from the rating)")
     for name, dashes, row in zip(NAMES, ("--", "-", "-."), over(fixed, "smash_factor")):
         left.plot(SPEEDS, row, dashes, label=f"{BALLS[name].title}, b = 9 N·s/m")
     left.plot(SPEEDS, over(line, "smash_factor")[0], "k:", label="all ratings, measured COR line")
@@ -75,8 +75,10 @@ def run(impact):
         right.plot(SPEEDS, row * 1e3, dashes, label=BALLS[name].title)
     left.set(xlabel="club speed (m/s)", ylabel="smash factor S")
     right.set(xlabel="club speed (m/s)", ylabel="maximum compression (mm)", ylim=(0, None))
-    left.legend(fontsize=9)
-    right.legend(fontsize=9)
+    low, high = left.get_ylim()
+    left.set_ylim(low - 0.5 * (high - low), high)
+    left.legend(fontsize=9, loc="lower left")
+    right.legend(fontsize=9, loc="lower right")
     result.figures["rating"] = figure
     return result
 

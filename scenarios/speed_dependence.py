@@ -70,8 +70,11 @@ def run(impact):
                 axes.annotate(m.short, (m.club_speed, m.middle), **where)
     left.set(xlabel="club speed (m/s)", ylabel="COR", ylim=(0.62, 1.0))
     right.set(xlabel="club speed (m/s)", ylabel="smash factor S")
-    figure.suptitle("Dots: published, rigid face; triangles: flexible face")
-    left.legend(fontsize=9)
+    figure.suptitle(
+        "Measured COR falls with speed; constant k and b keep it "
+        "(dots: published, rigid face; triangles: flexible)"
+    )
+    figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=5)
     result.figures["speed_dependence"] = figure
     return result
 

@@ -103,8 +103,10 @@ def golf_here(*arguments, cwd=None, code=None):
 def golf_case(folder, *options, **how):
     """`run` of a case of one's own, without figures: what ended, and the results of the case."""
     done = golf_here("run", *options, "--no-figures", "--out", folder, code=0, **how)
-    results = json.loads((folder / "custom_results.json").read_text())
-    return done, results["custom"]["custom"]
+    (file,) = folder.glob("*_results.json")
+    (cases,) = json.loads(file.read_text()).values()
+    (case,) = cases.values()
+    return done, case
 
 
 def refused(done, *words):

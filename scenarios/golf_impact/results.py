@@ -24,7 +24,7 @@ _LARGE = (
 )  # fmt: skip
 
 #: Not in names of files, of any system.
-_NO_NAME = '/\\:*?"<>|'
+NO_NAME = '/\\:*?"<>|'
 
 
 @dataclass
@@ -77,8 +77,8 @@ class Result:
             if str(holds) not in ("True", "False"):
                 yield f"claims[{claim!r}] = {holds!r} is not True or False"
         for name in (*self.figures, *self.trajectories):
-            if not isinstance(name, str) or not name or {*name} & {*_NO_NAME}:
-                yield f"{name!r} can't be the name of a file: leave out {' '.join(_NO_NAME)}"
+            if not isinstance(name, str) or not name or {*name} & {*NO_NAME}:
+                yield f"{name!r} can't be the name of a file: leave out {' '.join(NO_NAME)}"
 
 
 @contextmanager

@@ -454,7 +454,7 @@ def test_a_case_without_figures_needs_no_matplotlib(tmp_path, fmu_path):
     )
     options = "--set", "k=1e6", "--fmu", fmu_path, "--out", tmp_path, "--no-figures"
     assert "54.745" in run_python(program, "run", *options).stdout
-    assert names(tmp_path) == {"custom_results.json", "custom_custom.csv", "custom_report.html"}
+    assert names(tmp_path) == {"custom_results.json", "custom_trajectory.csv", "custom_report.html"}
 
 
 # Signals: exit code 130 and one line, files are whole

@@ -7,7 +7,7 @@ import sys
 
 import numpy as np
 import pytest
-from command import golf_case, golf_here, run
+from command import golf_case, golf_here, refused, run
 from html5 import check_page
 
 import golf_impact
@@ -162,7 +162,7 @@ def test_a_case_of_ones_own(tmp_path):
     done = golf_here("run", "--set", "club_speed=95mph", "--out", out, code=0)
     after = {path.name: path.read_bytes() for path in out.iterdir()}
     assert after.items() >= before.items()
-    ends = ("custom.csv", "force.png", "report.html", "results.json")
+    ends = ("trajectory.csv", "force.png", "report.html", "results.json")
     assert set(after) - set(before) == {f"custom_{end}" for end in ends}
     case = json.loads(after["custom_results.json"])["custom"]["custom"]
     assert case["smash_factor"] * 42.4688 == pytest.approx(case["ball_velocity"], rel=1e-15)
@@ -254,6 +254,26 @@ def test_scenarios_keep_their_values(tmp_path):
     assert "a case of your own; they don't change laws" in done.stdout
 
 
+def test_files_of_a_case_are_its_own(tmp_path):
+    """Those of a case without a ball, with one, and with --name are beside each other."""
+    for n, (more, name) in enumerate(
+        [(("--set=k=8e5",), "custom"), (("--ball=roh-lee",), "roh-lee"),
+         (("--ball=roh-lee", "--set=k=8e5", "--name=stiff"), "stiff")], 1
+    ):  # fmt: skip
+        before = {file: file.read_bytes() for file in tmp_path.iterdir()}
+        golf_here("run", *more, "--out", tmp_path, code=0)
+        after = {file: file.read_bytes() for file in tmp_path.iterdir()}
+        assert after.items() >= before.items()
+        assert len(after) == 4 * n
+        assert {file.name.startswith(f"{name}_") for file in after.keys() - before} == {True}
+    case = json.loads((tmp_path / "stiff_results.json").read_text())["stiff"]
+    assert [*case] == ["roh-lee"]
+    assert '<th scope="col">roh-lee' in (tmp_path / "roh-lee_report.html").read_text("utf-8")
+    refused(golf_here("run", "--set=k=8e5", "--name=a/b", "--out", tmp_path), "leave out")
+    refused(golf_here("run", "laws", "--name=a", "--out", tmp_path), "--set or --ball")
+    assert len([*tmp_path.iterdir()]) == 12
+
+
 # Balls
 
 
@@ -261,7 +281,7 @@ def test_several_balls(tmp_path):
     """In their order; --set overrides their values."""
     command = "run", "--ball", "tour", "--ball", "penner", "--no-figures", "--out", tmp_path
     golf_here(*command, "--set", "club_speed=50", code=0)
-    cases = json.loads((tmp_path / "custom_results.json").read_text())["custom"]
+    cases = json.loads((tmp_path / "tour_penner_results.json").read_text())["tour_penner"]
     assert list(cases) == ["tour", "penner"]
     for name, case in cases.items():
         force = golf_impact.run_impact(**{**BALLS[name].values, "club_speed": 50.0})["max_force"]

@@ -29,6 +29,7 @@ _BALL = (
     "overrides its values."
 )
 _OUT = "Folder of the results; golf-impact-results if omitted, with NAME a folder in there."
+_NAME = "Name of your case, in the names of its files; that of its ball, or custom, if omitted."
 _FMU = "Use this FMU and those beside it; nothing is built."
 
 
@@ -36,6 +37,7 @@ def run(
     names: Annotated[list[str] | None, Argument(metavar="NAME", hidden=True)] = None,
     set_: Annotated[list[str] | None, Option("--set", metavar="NAME=VALUE", help=_SET)] = None,
     balls: Annotated[list[str] | None, Option("--ball", metavar="NAME", help=_BALL)] = None,
+    name: Annotated[str | None, Option("--name", metavar="NAME", help=_NAME)] = None,
     folder: Annotated[Path | None, Option("--out", metavar="FOLDER", help=_OUT)] = None,
     figures: Annotated[bool, Option(help="Write figures.")] = True,
     fmu: Annotated[Path | None, Option(metavar="FILE.fmu", help=_FMU)] = None,
@@ -48,10 +50,15 @@ def run(
     from golf_impact import ball, files, scripts
     from golf_impact.fmu import Impact
     from golf_impact.quantities import START
-    from golf_impact.results import write_results
+    from golf_impact.results import NO_NAME, write_results
 
     values, own_balls = case_of(set_ or [], balls or ())
     own = bool(values or own_balls)
+    if name is not None and not own:
+        raise UserError("--name is that of a case of your own: give --set or --ball with it")
+    own_name = name or "_".join(Path(one.name).stem for one in own_balls) or "custom"
+    if {*own_name} & {*NO_NAME}:
+        raise UserError(f"--name {own_name} can't be in names of files: leave out {NO_NAME}")
     if names and own:
         say(f"--set and --ball define a case of your own; they don't change {', '.join(names)}.")
     chosen = names or ([] if own else scripts.SCENARIOS)
@@ -61,8 +68,8 @@ def run(
     place = folder or (RESULTS / "_".join(path.stem for path in paths) if names else RESULTS)
     for file in ("results.json", "report.html") if paths else ():
         files.check(place / file)
-    for file in ("custom_results.json", "custom_report.html") if own else ():
-        files.check((folder or RESULTS) / file)
+    for file in ("results.json", "report.html") if own else ():
+        files.check((folder or RESULTS) / f"{own_name}_{file}")
     results: dict[str, Result] = {}
     with Impact(fmu) as impact, progress("running", len(paths) + own) as advance:
         for n, path in enumerate(paths):
@@ -75,7 +82,9 @@ def run(
         for words in ball.range_remarks(own_balls, speed):
             warn(words, style="yellow")
         try:
-            custom = {"custom": own_case(impact, values, own_balls, figures)} if own else {}
+            custom = (
+                {own_name: own_case(impact, values, own_balls, own_name, figures)} if own else {}
+            )
         except UserError as error:
             option = next(
                 (o for o in set_ or [] if o.partition("=")[0].strip() == error.variable), None
@@ -85,20 +94,26 @@ def run(
         advance(len(paths) + own, "writing")
         pages = [
             write_results(folder or RESULTS if prefix else place, some, source, figures, prefix)
-            for prefix, some in (("", results), ("custom_", custom))
+            for prefix, some in (("", results), (f"{own_name}_", custom))
             if some
         ]
     if not pages:
         raise UserError("there is nothing to run")
-    (show if names or own else summarize)({**results, **custom})
+    if names or own:
+        show([*results.values(), *custom.values()])
+    else:
+        summarize(results)
     say(f"Results in {' and '.join(str(page.parent) for page in pages)}; report: {pages[-1]}")
     return int(any(result.failed for result in (*results.values(), *custom.values())))
 
 
 def own_case(
-    impact: "Impact", values: Mapping[str, float], balls: "Sequence[Ball]", figures: bool
+    impact: "Impact", values: Mapping[str, float], balls: "Sequence[Ball]", name: str, figures: bool
 ) -> "Result":
-    """Results and force of a case with each ball (or none); values (SI) override a ball's."""
+    """Results and force of a case with each ball (or none); values (SI) override a ball's.
+
+    A case is named after its ball; one without a ball has this name.
+    """
     import numpy as np
 
     from golf_impact.quantities import DEFAULT_LAW, QUANTITIES, NoValue, derived, describe
@@ -111,13 +126,13 @@ def own_case(
     cells, curves = [], {}
     chosen: list[Ball | None] = [*balls] if balls else [None]
     for one in chosen:
-        name = one.name if one and len(balls) > 1 else "custom"
+        case = Path(one.name).stem if one else name
         given = {**(one.values if one else {}), **values}
         found = dict(impact(**given))
         unknown = one.unknown(found, values) if one else []
         found |= dict.fromkeys(unknown, NoValue("k undetermined"))
-        result.cases[name] = found
-        shown, errors = derived(result.cases[name], given), {}
+        result.cases[case] = found
+        shown, errors = derived(result.cases[case], given), {}
         if one and one.covariance:
             from golf_impact.intervals import result_intervals
 
@@ -136,8 +151,9 @@ def own_case(
         path = impact.trajectory(**given)
         columns: Any = [*path.values()]
         types = [(key, float) for key in path]
-        result.trajectories[Path(name).stem] = np.rec.fromarrays(columns, types)
-        curves[f"{name}: {describe(given)}" if one else describe(given)] = path
+        title = f"trajectory_{case}" if len(balls) > 1 else "trajectory"
+        result.trajectories[title] = np.rec.fromarrays(columns, types)
+        curves[f"{case}: {describe(given)}" if one else describe(given)] = path
     if figures and curves:
         result.figures["force"] = plot_forces(curves)
     labels = ["law, k, b", *(quantity.label for quantity in QUANTITIES.values())]
@@ -165,9 +181,9 @@ def plot_forces(curves: "Mapping[str, Mapping[str, np.ndarray]]") -> "Figure":
     return figure
 
 
-def show(results: "Mapping[str, Result]") -> None:
+def show(results: "Sequence[Result]") -> None:
     """Print tables, words and claims."""
-    for result in results.values():
+    for result in results:
         say(f"\n{result.title}", style="bold")
         for table in result.tables:
             print_table(*table)
