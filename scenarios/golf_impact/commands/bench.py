@@ -65,5 +65,5 @@ def run_by_name(command: str, name: str, folder: Path, **options: Any) -> "Resul
         result = scripts.run_script(scripts.path_of(name), impact, track=shown, **options)
     for title, figure in result.figures.items():
         files.write(folder / f"{title}.png", png(figure))
-    show({name: result})
+    show([result])
     return result
