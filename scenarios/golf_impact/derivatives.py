@@ -182,7 +182,7 @@ def _slopes(
         moved: dict[str, Any] = {n: np.tile(column, len(_OFFSETS)) for n, column in some.items()}
         moved[of] = (x + _OFFSETS[:, None] * step).ravel()
         rows = run_impacts(outputs, **moved)
-        f = np.array([rows[name].reshape(-1, len(cases)) for name in outputs])
+        f = np.array([rows[name].reshape(len(_OFFSETS), len(cases)) for name in outputs])
         f[:, 4] = [found[name][cases] for name in outputs]
         size = np.nanmax(np.abs(f), axis=1, initial=0.0)
         with np.errstate(all="ignore"):
