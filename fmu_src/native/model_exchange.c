@@ -205,7 +205,9 @@ static Refusal handle_event(Component *c)
         ahead.force = law_force(p, i->acting.k, i->acting.b, ahead.x_club - ahead.x_ball, closing);
         if (!is_over(c, i, &ahead)) return ACCEPTED;
         double lasted = is->time - i->touch.instant.high;
-        Motion motion = {now.x_club, now.x_ball, now.v_club, now.v_ball, now.compression, closing};
+        /* From touch on an impact counts positions from the touch. */
+        double x = i->touch.x_ball;
+        Motion motion = {now.x_club - x, now.x_ball - x, now.v_club, now.v_ball, now.compression, closing};
         begin_flight(i, (Instant){is->time, 0.0}, lasted, motion, inputs.club_force);
         i->flight.is_pushed = 1;
     }

@@ -212,7 +212,7 @@ def test_the_error_has_the_first_of_several_refusals(impact):
             run(k=-1.0, b=-2.0)
         error = caught.value
         assert (error.variable, error.value) == ("k", -1.0)
-        assert error.reason == "it must be a finite number > 0"
+        assert error.reason == "it must be between 0.001 and 1e+15"
 
 
 _CLOSED = """
@@ -267,7 +267,7 @@ def test_what_is_no_number(name, impact):
             run(law=value)
 
 
-@pytest.mark.parametrize("k", [10**20, Decimal("8e5"), Fraction(5e6) / 3, np.float32(8e5)])
+@pytest.mark.parametrize("k", [10**15, Decimal("8e5"), Fraction(5e6) / 3, np.float32(8e5)])
 def test_any_real_number(k):
     expected = golf_impact.run_impact(["contact_time"], k=float(k))
     assert golf_impact.run_impact(["contact_time"], k=k) == expected

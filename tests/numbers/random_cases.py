@@ -102,7 +102,7 @@ def special(number):
     law = rng.choice((1, 2))
     m_club = rng.choice((0.25, 10.0 ** rng.uniform(-3, 1)))
     ratio = rng.choice((1.0, 0.25, 2.0 ** rng.randint(-12, 12), rng.uniform(0.08, 0.2)))
-    m_ball = m_club * rng.choice((ratio, 10.0 ** rng.uniform(-4, 4)))
+    m_ball = max(1e-6, m_club * rng.choice((ratio, 10.0 ** rng.uniform(-4, 4))))
     k = rng.choice((2.0**20, 1e6, 10.0 ** rng.uniform(2, 12)))
     more = [2.0, *(2 * coinciding_rates(m_club, m_ball))] if law == 1 else [1.0]
     zeta = rng.choice([*_BORDERS[law], *more])
@@ -111,13 +111,13 @@ def special(number):
     # Speeds of few bits: their difference is exact, and so is the instant of touch.
     mantissa, power = math.frexp(10.0 ** rng.uniform(-6, 3))
     closing = rng.choice((32.0, 35.0, math.ldexp(round(4096 * mantissa), power - 12)))
-    ball_speed = rng.choice((0.0, 0.0, 1.0, -1.0)) * closing * 2.0 ** rng.randint(-4, 40)
+    ball_speed = rng.choice((0.0, 0.0, 1.0, -1.0)) * closing * 2.0 ** rng.randint(-4, 9)
     gap = rng.choice((0.0, closing * 2.0 ** rng.randint(-14, -6)))
     values |= {"club_speed": ball_speed + closing, "ball_speed": ball_speed, "gap": gap}
     contact = contact_time_of_law_2(values)
     # K and b change at touch, at the peak, in the rebound or at separation, also back.
     others = [(k, b), (k, 0.0), (k, beside(rng, b)), (k * 4.0, b), (k * 4.1, 2.0 * b)]
-    others += [(k * 10.0 ** rng.uniform(-6, 6), b * 10.0 ** rng.uniform(-3, 3))]
+    others += [(k * 10.0 ** rng.uniform(-3, 3), b * 10.0 ** rng.uniform(-3, 2))]
     # Just at separation the last bit decides whether they still have an effect.
     places = [0.0, 0.5, 0.75, *(1.0 + sign * 10.0 ** rng.uniform(-12, -2) for sign in (-1, 1))]
     places += [0.5 + n * 2.0**-10 for n in range(4)]

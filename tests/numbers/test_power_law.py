@@ -129,9 +129,9 @@ def test_without_damping_the_bodies_part_as_fast_as_they_met(exponent, speed, cl
 
 
 def test_a_pull_out_of_proportion_ends_the_contact():
-    values = {"law": 2, "exponent": 1.5, "b": 0.0, "club_force": -1e60}
+    values = {"law": 2, "exponent": 1.5, "b": 0.0, "club_force": -1e12}
     found = golf_impact.run_impact(["contact_time", "max_compression"], **values)
-    expected = [2.0 * 35.0 * 0.21 / 1e60, 35.0**2 * 0.21 / 2e60]
+    expected = [2.0 * 35.0 * 0.21 / 1e12, 35.0**2 * 0.21 / 2e12]
     assert list(found.values()) == pytest.approx(expected, rel=1e-9)
 
 
@@ -165,7 +165,7 @@ def test_damping_ratio(coefficient):
 
 #: Two runs of the same results: values, inputs that change at 200 µs.
 ALIKE = {
-    "b isn't used": ((LINE | {"b": 9.0}, {}), (LINE | {"b": 1e300}, {})),
+    "b isn't used": ((LINE | {"b": 9.0}, {}), (LINE | {"b": 1e9}, {})),
     "b that changes isn't used": ((LINE, {"b": 500.0}), (LINE, {})),
     "1 is elastic": (({"law": 2, "restitution_at_rest": 1.0}, {}), ({"law": 2, "b": 0.0}, {})),
 } | {
