@@ -31,7 +31,7 @@ EXTREMES = {
     "just above critical": {"zeta": 1.000000000000005},
     "overdamped": {"zeta": 2.9},
     "heavily overdamped": {"zeta": 1e4},
-    "light ball": {"m_ball": 2.1e-7, "zeta": 0.1},
+    "light ball": {"m_club": 2.0, "m_ball": 2e-6, "zeta": 0.1},
     "heavy ball": {"m_ball": 2.1e5, "zeta": 0.1},
     "equal masses": {"m_ball": 0.21, "zeta": 0.1},
 }
@@ -95,12 +95,12 @@ def random_impact(seed: int, number: int) -> ImpactCase:
     """A random impact; the same for the same seed and number, on any machine.
 
     Stiffness from 1e2 to 1e12 N/m, damping ratio 0 to 1e4, mass ratio 1e-6 to 1e6, up to three
-    changes of k and b in contact.
+    changes of k and b in contact; b within its range.
     """
     rng = random.Random(f"{seed}/{number}")
     k, mass, ratio = _decades(rng, 2, 12), _decades(rng, -3, 1), math.sqrt(_decades(rng, -6, 6))
     values = {"k": k, "m_club": mass * ratio, "m_ball": mass / ratio}
-    values["b"] = _damping_ratio(rng) * critical_damping(values)
+    values["b"] = _allowed(_damping_ratio(rng) * critical_damping(values), values)
     closing = _decades(rng, -6, 3)
     ball_speed = rng.choice((0.0, 0.0, 1.0, -1.0)) * _decades(rng, -6, 3)
     club_speed = max(-1e3, min(1e3, ball_speed + closing))
@@ -114,7 +114,8 @@ def random_impact(seed: int, number: int) -> ImpactCase:
     changes = []
     for share in sorted(rng.uniform(0.02, 1.1) for _ in range(rng.choice((0, 0, 0, 0, 1, 2, 3)))):
         b = values["b"] * rng.choice((0.0, 1.0, 1.0)) * _decades(rng, -2, 2)
-        changes.append((touch + share * contact, k * _decades(rng, -2, 2), b))
+        later = k * _decades(rng, -2, 2)
+        changes.append((touch + share * contact, later, _allowed(b, values | {"k": later})))
     end = touch + 4.0 * contact
     if rng.random() < 0.2:  # long after separation
         end += _decades(rng, -3, 0)
@@ -134,6 +135,11 @@ def pushed(impact: ImpactCase, rng: random.Random) -> ImpactCase:
 
 def _decades(rng: random.Random, low: float, high: float) -> float:
     return math.pow(10.0, rng.uniform(low, high))
+
+
+def _allowed(b: float, values: Mapping[str, float]) -> float:
+    """The b, N.s/m, or the largest that is allowed beside this k and these masses."""
+    return min(b, 1e9, 9.999e3 * critical_damping(values))
 
 
 def _damping_ratio(rng: random.Random) -> float:

@@ -155,7 +155,7 @@ LIMITS = [
     ({"law": 2, LINE[0]: 1.0}, "ball_velocity", LINE[0], 35.0 * 0.21 / 0.25593),
     ({"law": 2, LINE[0]: 1.0}, "coefficient_of_restitution", LINE[0], 1.0),
     ({"law": 2, LINE[0]: 0.1, LINE[1]: 0.1 / 35.0 * (1.0 - 1e-7)}, "coefficient_of_restitution",
-     "club_speed", -0.1 / 35.0),
+     "club_speed", -0.1 / 35.0 * (1.0 - 1e-7)),
     ({"law": 2, LINE[0]: 0.8}, "coefficient_of_restitution", LINE[1], -35.0),
     ({"law": 2, "exponent": 12.0, LINE[0]: 0.8}, "coefficient_of_restitution", "exponent", 0.0),
     ({"law": 2, "exponent": 1.0, LINE[0]: 0.8}, "impulse", "exponent", 0.0),
