@@ -81,7 +81,7 @@ REFUSED = {
     "run --set k=hard": "'hard' is not a number",
     "run --set gap=0,2": "write 0.2",
     "run --set k": "NAME=VALUE",
-    "run --set b=9 --set gap=-1e-3": "--set gap=-1e-3: gap = -0.001 m is refused: it must be between 0 and 1e+06",
+    "run --set b=9 --set gap=-1e-3": "gap = -0.001 m is refused: it must be between 0 and 1e+06",
     "run --set law=relative": "law=relative is refused: law is 1 (absolute) or 2 (relative)",
     "run --set law=4294967298": "law = 4294967298.0 is refused: it must be a whole number",
     "run --set exponent=1.5": "exponent = 1.5 is refused with law = 1",
