@@ -160,14 +160,14 @@ def test_a_law_is_one_file_and_two_rows(tmp_path, code, fails):
 @added
 @pytest.mark.ci
 def test_a_law_of_ones_own_in_the_commands(tmp_path):
-    """The recipe of CONTRIBUTING.md: run and sweep run it."""
+    """The recipe of CONTRIBUTING.md: the plain FMU runs it, the engine says where it runs."""
     options = {"env": checkout_with(recipe(), tmp_path), "cwd": tmp_path}
-
-    def command(*words):
-        return run_process(sys.executable, "-m", "golf_impact", *words, **options).stdout
-
-    out = command("run", "--set", "law=3", "--set", "b=30", "--no-figures", "--out", "out")
+    words = "run", "--set", "law=3", "--set", "b=30", "--no-figures", "--out", "out"
+    out = run_process(sys.executable, "-m", "golf_impact", *words, **options).stdout
     assert "law = 3, b = 30" in out
-    command("sweep", "--set", "law=2,3", "--set", "k=5e5:2e6:3", "--out", "laws.csv")
-    rows = (tmp_path / "laws.csv").read_text().splitlines()
-    assert len(rows) == 7
+    code = (
+        "import golf_impact\ntry: golf_impact.run_impact(law=3)\nexcept ValueError as e: print(e)"
+    )
+    assert (
+        "golf-impact run --set law=3" in run_process(sys.executable, "-c", code, **options).stdout
+    )
