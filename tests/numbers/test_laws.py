@@ -165,9 +165,6 @@ def test_a_law_of_ones_own_in_the_commands(tmp_path):
     words = "run", "--set", "law=3", "--set", "b=30", "--no-figures", "--out", "out"
     out = run_process(sys.executable, "-m", "golf_impact", *words, **options).stdout
     assert "law = 3, b = 30" in out
-    code = (
-        "import golf_impact\ntry: golf_impact.run_impact(law=3)\nexcept ValueError as e: print(e)"
-    )
-    assert (
-        "golf-impact run --set law=3" in run_process(sys.executable, "-c", code, **options).stdout
-    )
+    code = "import golf_impact; golf_impact.run_impact(law=3)"
+    done = run_process(sys.executable, "-c", code, code=1, **options)
+    assert "golf-impact run --set law=3" in done.stderr
