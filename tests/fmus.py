@@ -4,8 +4,6 @@ What an instance of fmpy lacks is here: calls by the names of variables, and its
 of tests use it, too, without golf_impact.
 """
 
-import json
-import math
 from binascii import crc32
 from functools import cache
 
@@ -152,20 +150,3 @@ def discard(*slaves):
 def with_checksum(body):
     """A state from its JSON without the end."""
     return body + f", {crc32(body)}]".encode()
-
-
-def mutated(rng, state):
-    """A state of another content: one item anywhere in it is removed or replaced."""
-    content = json.loads(state)[:-1]
-    places = [(content, key) for key in range(len(content))]
-    for container, key in places:
-        inner = container[key]
-        keys = range(len(inner)) if isinstance(inner, list) else inner
-        places += [(inner, one) for one in keys] if isinstance(inner, list | dict) else []
-    container, key = rng.choice(places)
-    others = [None, True, "x", 0, 7, -1.5, 1e308, math.nan, -math.inf, [], {}, [1.0], 10**400]
-    if rng.random() < 0.2:
-        del container[key]
-    else:
-        container[key] = rng.choice(others)
-    return with_checksum(json.dumps(content).encode()[:-1])

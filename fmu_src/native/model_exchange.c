@@ -286,7 +286,7 @@ static double force_change(const Component *c, const Impact *i, const Change *d)
     if (n == 1.0) return d->k * x + k * dx + (p->law == RELATIVE ? damping : 0.0);
     double m = 0.5 * (n - 1.0), power = pow(fabs(x) / d_r, m);
     double change = power * (d->k * power * x + damping) + n * k * power * power * dx;
-    if (b * closing * dx) change += power_slope(x / d_r, m) / d_r * (x < 0.0 ? -dx : dx) * b * closing;
+    if (b * closing * dx != 0.0) change += power_slope(x / d_r, m) / d_r * (x < 0.0 ? -dx : dx) * b * closing;
     return change;
 }
 

@@ -5,7 +5,6 @@ step sizes is exact (`fractions.Fraction`), and few steps have the same sum.
 """
 
 import itertools
-import json
 import math
 import random
 from fractions import Fraction
@@ -14,9 +13,7 @@ import components
 import pytest
 from compare import assert_close
 from components import initialized
-from fmus import with_checksum
 from golf_physics.component.component import Component
-from golf_physics.component.state import Snapshot
 from golf_physics.laws import LAWS, Law, integrated
 from golf_physics.laws.law import LinearLaw
 from golf_physics.values import Inputs, Motion, Parameters
@@ -385,44 +382,3 @@ def test_it_is_set_before_initialization():
     # An illegal call costs one step.
     assert not component.step(0.0, 1e-4)
     assert component.step(0.0, 1e-4)
-
-
-# States
-
-
-def changed_state(component, name, *places, value):
-    """A serialized state with another value at a place, and the right checksum."""
-    content = json.loads(Component.packed(component.snapshot()))[:-1]
-    places = (1 + Snapshot._fields.index(name), *places)
-    inner = content[1]
-    for place in places[:-1]:
-        inner = inner[place]
-    inner[places[-1]] = value(inner[places[-1]])
-    return Component.unpacked(with_checksum(json.dumps(content).encode()[:-1]))
-
-
-@pytest.mark.parametrize(
-    ("places", "value"),
-    [
-        (("values", 0), lambda k: -1.0),
-        (("values",), lambda values: values[1:]),
-        (("mode",), lambda mode: 7),
-        (("steps",), lambda steps: -1.0),
-        (("size",), lambda size: -1e-4),
-        (("begin", 0), lambda high: 1e200),
-        (("inputs", 1), lambda k: -1.0),
-        (("inputs",), lambda inputs: None),
-        (("impact",), lambda impact: None),
-        (("impact", 1, 2), lambda m_ball: 1e300),
-        (("impact", 2, 1), lambda k: 0.0),
-        (("impact", 5, 5), lambda compression: -compression),
-        (("impact", 0), lambda name: "Approach"),
-    ],
-)
-def test_states_that_no_instance_has_are_refused(places, value):
-    component = initialized(report=pytest.fail)
-    component.step(0.0, 1e-4)
-    components.put(component, k=2e6)
-    component.step(1e-4, 1e-4)
-    assert changed_state(component, *places, value=lambda old: old) is not None
-    assert changed_state(component, *places, value=value) is None

@@ -100,13 +100,13 @@ def test_native_fmus_refuse_laws_that_c_lacks(way_of, name, law):
 #: A law whose phases and equations differ.
 _SPLIT = '''"""Law 3: in contact a damper that the equations don't have."""
 
-from .extended import ExtendedContact
 from .law import LinearLaw
+from .linear import linear_contact
 
 
 class SplitLaw(LinearLaw):
     def contact(self, p, inputs, start):
-        return ExtendedContact(inputs.k, inputs.b, 0.0, p.m_club, p.m_ball, start)
+        return linear_contact(inputs.k, inputs.b, 0.0, p.m_club, p.m_ball, start)
 '''
 
 

@@ -116,7 +116,7 @@ class Companion(FmiComponent):
         """The snapshot that became these bytes, or None if they are none of this component's."""
         variables = [Variable(*row) for row in rows]
         types, classes = cls._types(variables), (Refusal, *cls.classes)
-        state = codec.unpacked(_VERSION, data, classes, lambda class_, arguments: None)
+        state = codec.unpacked(_VERSION, data, classes)
         if not isinstance(state, dict) or tuple(state) != tuple(types):
             return None
         given = (row for row in variables if row.causality != "output")
