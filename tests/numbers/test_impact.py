@@ -45,7 +45,7 @@ def test_an_impact_never_changes(kind):
             later = time + 0.02, 0.0
             advance(changed, given, later).state(later)
         assert codec.packed("", now) == packed
-        again = codec.unpacked("", packed, CLASSES, lambda class_, arguments: None)
+        again = codec.unpacked("", packed, CLASSES)
         assert codec.packed("", again) == packed
         assert state(again, instant) == state(now, instant)
     assert set(kinds) == {Approach, Contact, Flight}
