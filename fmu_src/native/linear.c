@@ -86,11 +86,13 @@ static Offsets offsets_of_real_rate(double p, double q, double zeta, double uneq
         double fall = rest * rate - grow - more;
         /* If it is 0 any step will do: one that leaves the bracket is replaced. */
         if (!fall) fall = -1.0;
-        double step = (rest * grow - more * x) / fall;
-        if (fabs(step) <= 3e-6 * x) {
-            x -= step * (1.0 + step * (rest - rate) / fall);
+        double off = rest * grow - more * x, step = off / fall, bend = step * (rest - rate) / fall;
+        if (fabs(step) <= 3e-6 * x && fabs(bend) <= 1e-5) {
+            x -= step * (1.0 + bend);
             break;
         }
+        /* Where rates meet only the equation itself holds to the last digits. */
+        if (fabs(off) <= 1e-15 * more * x) break;
         if (step * fall > 0.0) low = x;
         else high = x;
         x -= step;

@@ -9,6 +9,7 @@ from compare import assert_close, assert_within
 from golf_physics.laws.linear import LinearContact, UnderdampedContact, first_downward_zero
 from golf_physics.values import Motion
 from quadrature import mp as _mp
+from random_cases import coinciding_rates
 
 from golf_impact.reference import Reference
 
@@ -80,6 +81,23 @@ def test_a_random_phase(given):
                 assert_within(float(abs(exact_force / slope)) * 1e-6, 1e-13, "end", given=given)
         shares = [0.5 * (1.0 - math.cos(math.pi * n / 200)) for n in range(1, 200)]
         assert all(phase.value("force", share * end) > 0.0 for share in shares)
+
+
+@pytest.mark.parametrize("beside", [0.0, 1e-15, -1e-12, 1e-9, -1e-6])
+@pytest.mark.parametrize("ratio", [9.0, 3e3, 1e6])
+def test_two_rates_of_law_1_meet(ratio, beside):
+    """Newton's method converges linearly there. Measured: 2.8e-14."""
+    start = Motion(0.0, 0.0, 1.0, 0.0, 0.0, 1.0)
+    for bodies in ((1.0, 1.0 / ratio), (1.0 / ratio, 1.0)):
+        mu = 1.0 / (1.0 + ratio)
+        for zeta in coinciding_rates(*bodies):
+            given = mu, 0.0, 2.0 * zeta * (1.0 + beside) * mu, *bodies, start, 0.0
+            phase = LinearContact(*given)
+            for t in (0.02, 0.3, 2.0, 30.0):
+                d, v_club, v_ball, *_ = exact_state(*given, t)
+                _, _, _, v_1, v_2, found = phase.state(t)
+                error = max(abs(v_1 - v_club), abs(v_2 - v_ball), abs(found - d))
+                assert_within(float(error), 1e-13, zeta=zeta, bodies=bodies, t=t)
 
 
 RATIO = {"m_club": 0.2, "m_ball": 0.03}

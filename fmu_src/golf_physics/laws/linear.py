@@ -633,9 +633,14 @@ def offsets_of_real_rate(
         rest, rate, grow = span - x, slow + 2.0 * x, less + (slow + x) * x
         # If it is 0 any step will do: one that leaves the bracket is replaced.
         fall = rest * rate - grow - more or -1.0
-        step = (rest * grow - more * x) / fall
-        if abs(step) <= 3e-6 * x:
-            x -= step * (1.0 + step * (rest - rate) / fall)
+        off = rest * grow - more * x
+        step = off / fall
+        bend = step * (rest - rate) / fall
+        if abs(step) <= 3e-6 * x and abs(bend) <= 1e-5:
+            x -= step * (1.0 + bend)
+            break
+        # Where rates meet only the equation itself holds to the last digits.
+        if abs(off) <= 1e-15 * more * x:
             break
         if step * fall > 0.0:
             low = x
