@@ -195,11 +195,10 @@ static Peak largest_after_start(Contact *c, Quantity quantity, double t, Row bas
 {
     const Underdamped *o = &c->as.underdamped;
     Row row = quantity == FORCE ? o->force : o->d, slope = underdamped_slope(o, row);
-    double start = row.a + row.c, now = row.a * basis.a + (row.c * basis.c + row.s * basis.s);
+    double start = row.a + row.c, now = sum_of(row, basis);
     int rises = slope.a + slope.c > 0.0;
-    double left = slope.a * basis.a + (slope.c * basis.c + slope.s * basis.s);
     /* There may be a maximum in between. */
-    if (rises && left <= FLAT * o->rate * fabs(now)) return contact_largest(c, quantity, t);
+    if (rises && sum_of(slope, basis) <= FLAT * o->rate * fabs(now)) return contact_largest(c, quantity, t);
     if (rises && now > start + ROUNDING * fabs(start)) return (Peak){now, t};
     return (Peak){start, 0.0};
 }
@@ -208,9 +207,7 @@ static Totals contact_totals(Contact *c, double t)
 {
     Totals totals;
     if (c->kind == UNDERDAMPED && t * c->rate <= SHORT) {
-        Row rates = c->as.underdamped.rates;
-        double size = exp(-rates.c * t), angle = rates.s * t;
-        Row basis = {exp(-rates.a * t), size * cos(angle), size * sin(angle)};
+        Row basis = underdamped_basis(&c->as.underdamped, t);
         totals.force = largest_after_start(c, FORCE, t, basis);
         totals.compression = largest_after_start(c, COMPRESSION, t, basis).value;
     } else {

@@ -229,21 +229,30 @@ static State underdamped_dense(const Underdamped *o, double angle)
     return (State){force, x, x - d, v_club, v_ball, d};
 }
 
+/* The functions that a row has coefficients of. */
+static Row underdamped_basis(const Underdamped *o, double t)
+{
+    double size = exp(-o->rates.c * t), angle = o->rates.s * t;
+    return (Row){exp(-o->rates.a * t), size * cos(angle), size * sin(angle)};
+}
+
+static double sum_of(Row row, Row basis)
+{
+    return row.a * basis.a + (row.c * basis.c + row.s * basis.s);
+}
+
 /* Velocities of club and ball when contact ends. */
 static void underdamped_end_velocities(const Underdamped *o, double *v_club, double *v_ball)
 {
-    double t = o->duration, size = exp(-o->rates.c * t), angle = o->rates.s * t;
-    double c = size * cos(angle), s = size * sin(angle), e = o->rates.a ? exp(-o->rates.a * t) : 1.0;
-    double gained = o->acceleration * t;
-    *v_club = o->v_club.a * e + o->v_club.c * c + o->v_club.s * s + gained;
-    *v_ball = o->v_ball.a * e + o->v_ball.c * c + o->v_ball.s * s + gained;
+    Row basis = underdamped_basis(o, o->duration);
+    double gained = o->acceleration * o->duration;
+    *v_club = sum_of(o->v_club, basis) + gained;
+    *v_ball = sum_of(o->v_ball, basis) + gained;
 }
 
 static double underdamped_at(const Underdamped *o, Row row, double t)
 {
-    double size = exp(-o->rates.c * t), angle = o->rates.s * t;
-    double pair = row.c * (size * cos(angle)) + row.s * (size * sin(angle));
-    return row.a ? row.a * exp(-o->rates.a * t) + pair : pair;
+    return sum_of(row, underdamped_basis(o, t));
 }
 
 static Row underdamped_slope(const Underdamped *o, Row row)
@@ -431,26 +440,20 @@ static int is_settled(const Modes *m, Newton row, double t)
 
 /* ZEROS OF ROWS: as Python's generators, one after the other */
 
-/* Around the last zero of a row, after low. */
-static void find_bracket(const Modes *m, Newton row, double *low, double *high, int falls)
-{
-    *high = 2.0 * *low + 1.0 / fastest_of(m);
-    for (int n = 0; n < STEPS && (row_at(m, row, *high) > 0.0) == falls; n++) {
-        *low = *high;
-        *high *= 2.0;
-    }
-}
-
-/* The only zero between low and high, by Newton's method, or by halving. */
+/* The only zero between low and high, which may be infinite: by Newton's method, or halving. */
 static double zero_between(const Modes *m, Newton row, double low, double high, int falls)
 {
     Newton slope = slope_of(m, row);
-    double t = 0.5 * (low + high);
+    double t = high == INFINITY ? 2.0 * low + 1.0 / fastest_of(m) : 0.5 * (low + high);
     for (int n = 0; n < STEPS; n++) {
         Newton functions = functions_at(m, t);
         double f = total_of(row, functions), rise = total_of(slope, functions), before = t;
         if ((f > 0.0) == falls) low = t;
         else high = t;
+        if (high == INFINITY) {
+            t *= 2.0;
+            continue;
+        }
         /* Not a step that leaves the bracket, or overflows. */
         t = fabs(f) < (high - low) * fabs(rise) ? t - f / rise : high;
         if (!(low < t && t < high)) t = 0.5 * (low + high);
@@ -534,7 +537,6 @@ static int next_zero(Failure *failure, Zeros *z, double *when, int *falls)
         z->low = high;
         z->count++;
         if (later && (later > 0.0) != z->is_positive) {
-            if (z->is_over) find_bracket(m, row, &low, &high, z->is_positive);
             *when = zero_between(m, row, low, high, z->is_positive);
             *falls = z->is_positive;
             z->is_positive = !z->is_positive;

@@ -203,25 +203,21 @@ class UnderdampedContact(ContactPhase):
 
     def end_velocities(self) -> tuple[float, float]:
         t = self.duration
-        r, h, frequency = self._rates
-        a_1, c_1, s_1 = self._v_club
-        a_2, c_2, s_2 = self._v_ball
-        size, angle = exp(-h * t), frequency * t
-        c, s = size * cos(angle), size * sin(angle)
-        e = exp(-r * t) if r else 1.0
-        gained = self._acceleration * t
-        return a_1 * e + c_1 * c + s_1 * s + gained, a_2 * e + c_2 * c + s_2 * s + gained
+        basis, gained = self._basis(t), self._acceleration * t
+        return _sum(self._v_club, basis) + gained, _sum(self._v_ball, basis) + gained
 
     def end(self) -> Motion:
         v_club, v_ball = self.end_velocities()
         return super().end()._replace(v_club=v_club, v_ball=v_ball)
 
-    def _at(self, row: Row, t: float) -> float:
-        a, c, s = row
+    def _basis(self, t: float) -> Row:
+        """The functions that a row has coefficients of."""
         r, h, frequency = self._rates
         size, angle = exp(-h * t), frequency * t
-        pair = c * (size * cos(angle)) + s * (size * sin(angle))
-        return a * exp(-r * t) + pair if a else pair
+        return exp(-r * t), size * cos(angle), size * sin(angle)
+
+    def _at(self, row: Row, t: float) -> float:
+        return _sum(row, self._basis(t))
 
     def _slope(self, row: Row) -> Row:
         (r, h, frequency), (a, c, s) = self._rates, row
@@ -245,21 +241,18 @@ class UnderdampedContact(ContactPhase):
         """As of `ContactPhase`, faster after a short time: every change of k or b needs it."""
         if t * self.rate > _SHORT:
             return super().totals(t)
-        r, h, frequency = self._rates
-        size, angle = exp(-h * t), frequency * t
-        basis = exp(-r * t), size * cos(angle), size * sin(angle)
+        basis = self._basis(t)
         force = self._largest_after_start("force", self._force, t, basis)
         return force, self._largest_after_start("d", self._d, t, basis)[0], self.impulse(0.0, t)
 
     def _largest_after_start(
         self, name: str, row: Row, t: float, basis: Row
     ) -> tuple[float, float]:
-        """As `largest`, given the decaying functions at t."""
-        (a, c, s), (a_1, c_1, s_1), (real, cosine, sine) = row, self._slope(row), basis
-        start, now, rises = a + c, a * real + (c * cosine + s * sine), a_1 + c_1 > 0.0
-        slope = a_1 * real + (c_1 * cosine + s_1 * sine)
+        """As `largest`, given the functions at t."""
+        slope, start, now = self._slope(row), row[0] + row[1], _sum(row, basis)
+        rises = slope[0] + slope[1] > 0.0
         # There may be a maximum in between.
-        if rises and slope <= _FLAT * self.rate * abs(now):
+        if rises and _sum(slope, basis) <= _FLAT * self.rate * abs(now):
             return self.largest(name, t)
         return (now, t) if rises and now > start + ROUNDING * abs(start) else (start, 0.0)
 
@@ -271,6 +264,11 @@ class UnderdampedContact(ContactPhase):
             return []
         angle = first_downward_zero((h - r) / frequency, a, c, s)
         return [angle / frequency] if angle else self.general().find_maxima(name)
+
+
+def _sum(row: Row, basis: Row) -> float:
+    (a, c, s), (real, cosine, sine) = row, basis
+    return a * real + (c * cosine + s * sine)
 
 
 class Modes(NamedTuple):
@@ -532,8 +530,6 @@ class LinearContact(ContactPhase):
         for count, high in enumerate(chain(points, endless), 1):
             later = (j or g or s or e) if high == inf else _total(row, modes.at(high))
             if later and (later > 0.0) != positive:
-                if high == inf:
-                    low, high = _bracket(row, modes, low, positive)
                 yield _zero(row, modes, low, high, positive), positive
                 positive = not positive
             elif modes.oscillates and high < inf:
@@ -549,23 +545,17 @@ def _total(row: Row, functions: Row) -> float:
     return e * of_e + s * of_s + g * of_g + j * of_j
 
 
-def _bracket(row: Row, modes: Modes, low: float, falls: bool) -> tuple[float, float]:
-    """Around the last zero, after low."""
-    high = 2.0 * low + 1.0 / modes.fastest
-    for _ in _STEPS:
-        if (_total(row, modes.at(high)) > 0.0) != falls:
-            break
-        low, high = high, 2.0 * high
-    return low, high
-
-
 def _zero(row: Row, modes: Modes, low: float, high: float, falls: bool) -> float:
-    """The only zero between low and high, by Newton's method, or by halving."""
-    slope, t = modes.slope(row), 0.5 * (low + high)
+    """The only zero between low and high, which may be infinite: by Newton's method, or halving."""
+    slope = modes.slope(row)
+    t = 2.0 * low + 1.0 / modes.fastest if high == inf else 0.5 * (low + high)
     for _ in _STEPS:
         functions = modes.at(t)
         f, rise = _total(row, functions), _total(slope, functions)
         low, high = (t, high) if (f > 0.0) == falls else (low, t)
+        if high == inf:
+            t *= 2.0
+            continue
         before = t
         # Not a step that leaves the bracket, or overflows.
         t = t - f / rise if abs(f) < (high - low) * abs(rise) else high
