@@ -26,7 +26,7 @@ from html5 import elements
 from lxml import etree
 from reference_results import FOLDER, reference_results
 
-from golf_impact.doctor import run_here
+from golf_impact.fmu_file import run_here
 
 
 @pytest.fixture(params=FILES)
