@@ -34,7 +34,7 @@ REFUSED = {
         ("reference_compression", 0.0, "1e-09 and 1000"),
         ("restitution_at_rest", 1.5, "between 0 and 1"),
         *(("restitution_slope", value, "0 and 1000") for value in (-1e-9, 1e4)),
-        ("law", 3, "1 (absolute) or 2 (relative)"),
+        ("law", 99, "1 (absolute)"),
     ],
     "Swing": [
         ("club_mass", -1.0, "1e-06 and 1000"),
