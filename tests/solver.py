@@ -6,17 +6,28 @@ import fmus
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Model
 from fmpy.fmi3 import FMU3Model
-from golf_physics.variables import INDICATORS, STATES
+from golf_physics.variables import INDICATORS
 from scipy.integrate import solve_ivp
 
 
-class Model:
-    """An instance of an extracted FMU for Model Exchange.
+def _vector(name, fmi3=None, size=4):
+    """A method that returns so many numbers of the FMU by a function, in FMI 3.0 by another one."""
 
-    Attributes:
-        instance: fmpy's.
-        messages: what it has logged.
-    """
+    def read(self):
+        array = (ctypes.c_double * size)()
+        getattr(self.instance, fmi3 if fmi3 and self.fmi == 3 else name)(array, size)
+        return list(array)
+
+    return read
+
+
+class Model:
+    """An extracted FMU for Model Exchange: fmpy's `instance`, and the `messages` it has logged."""
+
+    states = _vector("getContinuousStates")
+    nominals = _vector("getNominalsOfContinuousStates")
+    derivatives = _vector("getDerivatives", "getContinuousStateDerivatives")
+    indicators = _vector("getEventIndicators", size=len(INDICATORS))
 
     def __init__(self, folder, fmi):
         kind = FMU2Model if fmi == 2 else FMU3Model
@@ -37,25 +48,6 @@ class Model:
         self.instance.setContinuousStates((ctypes.c_double * 4)(*states), 4)
         return self
 
-    def _vector(self, name, size=4):
-        array = (ctypes.c_double * size)()
-        getattr(self.instance, name)(array, size)
-        return list(array)
-
-    def states(self):
-        return self._vector("getContinuousStates")
-
-    def nominals(self):
-        return self._vector("getNominalsOfContinuousStates")
-
-    def derivatives(self):
-        return self._vector(
-            "getDerivatives" if self.fmi == 2 else "getContinuousStateDerivatives", len(STATES)
-        )
-
-    def indicators(self):
-        return self._vector("getEventIndicators", len(INDICATORS))
-
     def event(self):
         """Handle the events of this instant; returns whether the simulation must stop."""
         self.instance.enterEventMode()
@@ -65,6 +57,7 @@ class Model:
         return stop
 
     def set(self, **values):
+        """Set inputs by name."""
         fmus.put(self.instance, **values)
 
     def read(self, *names):
@@ -83,26 +76,11 @@ class Model:
         )
         return dict(zip(unknowns, found, strict=True))
 
-    def save(self):
-        """The state as bytes."""
-        return fmus.packed(self.instance)
-
-    def restore(self, data):
-        fmus.restore_packed(self.instance, data)
-
     def solve(self, stop, rtol=1e-12, start=0.0, inputs=None, method="DOP853", atol=None):
-        """Integrate to a time (s) from event to event, as a host does.
+        """Integrate to a time (s) from event to event, as a host does: the times of the events, s.
 
-        Args:
-            stop: s.
-            rtol: relative tolerance of the solver.
-            start: s.
-            inputs: called with the time before each evaluation; returns inputs by name.
-            method: of `solve_ivp`.
-            atol: by default `rtol` times 1 mm and 1 m/s.
-
-        Returns:
-            The times of the events, s. AssertionError if the FMU ends the simulation.
+        `inputs` is called with the time before each evaluation and returns inputs by name. By
+        default `atol` is `rtol` times 1 mm and 1 m/s. AssertionError: the FMU ends the simulation.
         """
 
         def slopes(t, y):

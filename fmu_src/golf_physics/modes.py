@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Mapping
 from math import isfinite, nan
 from typing import Any
 
-from .values import Refusal, rejected
+from .values import DiscardedStep, Refusal, rejected
 from .variables import Variable
 
 #: Modes of an instance, in the order in which a host passes through them. Start refused:
@@ -169,6 +169,12 @@ class FmiComponent:
         self._illegal = (*self._illegal, refusal)[-_MOST_ILLEGAL:]
         self._size = nan
         self._report(refusal)
+
+    def _discard(self, problem: Refusal) -> bool:
+        """Report why a step isn't made; returns False."""
+        self._size = nan
+        self._report(DiscardedStep(*problem))
+        return False
 
     def _why_not(self, point: float, size: float) -> Refusal | None:
         """Why a step isn't taken, whatever it leads to; or None."""

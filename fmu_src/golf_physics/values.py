@@ -45,6 +45,21 @@ class Refusal(NamedTuple):
     def __str__(self) -> str:
         return self.sentence
 
+    @property
+    def status(self) -> str:
+        """FMI's, of the message."""
+        return "Error"
+
+
+class DiscardedStep(Refusal):
+    """Why a communication step isn't made."""
+
+    __slots__ = ()
+
+    @property
+    def status(self) -> str:
+        return "Discard"
+
 
 def rejected(name: str, value: Any, reason: str, unit: str = "") -> Refusal:
     """Why this value of this variable isn't accepted."""

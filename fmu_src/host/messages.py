@@ -33,9 +33,10 @@ class Messages:
         self._written: list[str] = []
         self._written_at: Any = None
 
-    def __call__(self, message: object) -> None:
+    def __call__(self, message: Any) -> None:
         text = str(message)
-        self._queue.append(LogMsg(Fmi2Status.error, "logStatusError", text))
+        status = Fmi2Status[message.status.lower()]
+        self._queue.append(LogMsg(status, f"logStatus{message.status}", text))
         if self._logger is None:
             return
         # Not above: a host's Python may lack it.

@@ -131,6 +131,7 @@ static double output_kinetic_energy(Component *c, Impact *i)
 
 #if FMI_VERSION
 #include "model_exchange.c"
+#include "directional_derivatives.c"
 #endif
 #if FMI_VERSION == 3
 #include "events.c"

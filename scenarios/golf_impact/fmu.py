@@ -27,8 +27,8 @@ from fmpy.fmi2 import FMU2Slave
 
 from golf_build import archive, native, packaging, system
 from golf_build.fmi2 import BUILDER as FMI2
-from golf_impact.doctor import check_fmu, check_temporary_folder
 from golf_impact.errors import MissingFileError, UserError, first_line, unknown_name
+from golf_impact.fmu_file import check_fmu, check_temporary_folder
 from golf_impact.quantities import undefined_results
 from golf_impact.runs import FLAGS, METRICS, PATH, ImpactArrays, Named, horizon, instants_of
 from golf_impact.units import number

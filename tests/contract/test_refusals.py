@@ -3,6 +3,7 @@
 import ctypes
 import math
 from contextlib import suppress
+from pathlib import Path
 
 import fmpy
 import fmus
@@ -33,7 +34,7 @@ REFUSED = {
         ("reference_compression", 0.0, "1e-09 and 1000"),
         ("restitution_at_rest", 1.5, "between 0 and 1"),
         *(("restitution_slope", value, "0 and 1000") for value in (-1e-9, 1e4)),
-        ("law", 3, "1 (absolute) or 2 (relative)"),
+        ("law", 99, "1 (absolute)"),
     ],
     "Swing": [
         ("club_mass", -1.0, "1e-06 and 1000"),
@@ -313,33 +314,42 @@ def test_what_an_instantiation_refuses(way_of):
     slave.fmi2FreeInstance(made)
 
 
-def test_categories_of_messages(way_of):
-    """A discarded step has its own, which a host may leave out; errors are always sent."""
-    slave, seen = way_of("native, FMI 2.0").slave, []
+_DISCARD, _ERROR = (2, b"logStatusDiscard"), (3, b"logStatusError")
+
+
+@pytest.mark.parametrize(
+    ("kind", "categories", "sent"),
+    [
+        ("FMI 2.0", [], [_DISCARD, _ERROR]),
+        ("FMI 2.0", [b"logStatusDiscard"], [_DISCARD]),
+        ("FMI 2.0", [b"logStatusError"], [_ERROR]),
+        # In native FMUs errors are always sent.
+        ("native, FMI 2.0", [], [_DISCARD, _ERROR]),
+        ("native, FMI 2.0", [b"logStatusDiscard"], [_DISCARD, _ERROR]),
+        ("native, FMI 2.0", [b"logAll"], [_DISCARD, _ERROR]),
+        ("native, FMI 2.0", [b"logStatusError"], [_ERROR]),
+        ("native, FMI 2.0", [b"unknown"], [_ERROR]),
+        ("native, FMI 2.0", None, [_DISCARD, _ERROR]),
+    ],
+)
+def test_categories_of_messages(way_of, kind, categories, sent):
+    """Of the messages on a discarded step and a value, with these switched on; None: none."""
+    slave, seen = way_of(kind).slave, []
     callbacks = fmus.defaultCallbacks.__class__.from_buffer_copy(fmus.defaultCallbacks)
     callbacks.logger = fmus.fmi2CallbackLoggerTYPE(lambda *words: seen.append(words[2:4]))
-    two = slave.fmi2Instantiate(b"two", 1, slave.guid.encode(), b"", ctypes.byref(callbacks), 0, 0)
+    resources = Path(slave.unzipDirectory, "resources").as_uri().encode()
+    guid, names = slave.guid.encode(), categories or []
+    two = slave.fmi2Instantiate(b"two", 1, guid, resources, ctypes.byref(callbacks), 0, 1)
     slave.fmi2SetupExperiment(two, 0, 0.0, 0.0, 0, 0.0)
     slave.fmi2EnterInitializationMode(two)
     slave.fmi2ExitInitializationMode(two)
-
-    def categories(*names, on=1):
-        """Of the messages on a discarded step and a value, with these switched on."""
-        slave.fmi2SetDebugLogging(two, on, len(names), (ctypes.c_char_p * len(names))(*names))
-        seen.clear()
-        with suppress(FMICallException):
-            slave.fmi2DoStep(two, 0.0, -1.0, 1)
-        reference, value = ctypes.c_uint32(0), ctypes.c_double(-1.0)
-        slave.fmi2SetReal(two, ctypes.byref(reference), 1, ctypes.byref(value))
-        return seen
-
-    both = [(2, b"logStatusDiscard"), (3, b"logStatusError")]
-    assert categories() == both
-    assert categories(b"logStatusDiscard") == both
-    assert categories(b"logAll") == both
-    assert categories(b"logStatusError") == both[1:]
-    assert categories(on=0) == both
-    assert categories(b"unknown") == both[1:]
+    on, array = categories is not None, (ctypes.c_char_p * len(names))(*names)
+    slave.fmi2SetDebugLogging(two, on, len(names), array)
+    with suppress(FMICallException):
+        slave.fmi2DoStep(two, 0.0, -1.0, 1)
+    reference, value = ctypes.c_uint32(0), ctypes.c_double(-1.0)
+    slave.fmi2SetReal(two, ctypes.byref(reference), 1, ctypes.byref(value))
+    assert seen == sent
     slave.fmi2FreeInstance(two)
 
 

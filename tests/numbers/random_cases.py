@@ -42,7 +42,7 @@ def far(number):
     return Case("far", impact.values, tuple(zip(times, later)), end, impact.start_time)
 
 
-_REFUSED = [{"k": -1.0}, {"m_ball": 0.0}, {"exponent": 13.0}, {"gap": 1e99}, {"law": 7}]
+_REFUSED = [{"k": -1.0}, {"m_ball": 0.0}, {"exponent": 13.0}, {"gap": 1e99}, {"ball_diameter": 0.0}]
 
 
 def whole(number, pushed=0.03):

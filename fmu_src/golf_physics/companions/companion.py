@@ -82,8 +82,7 @@ class Companion(FmiComponent):
         except (ArithmeticError, ValueError) as error:
             problem = Refusal(f"this step can't be computed: {error}")
         if problem is not None:
-            self._report(problem)
-            return False
+            return self._discard(problem)
         self._point, self._point_is_free = point + size, False
         self.steps += 1
         return True

@@ -121,9 +121,7 @@ class Component(FmiComponent):
             return True
         problem = self._check(point, size)
         if problem is not None:
-            self._size = nan
-            self._report(problem)
-            return False
+            return self._discard(problem)
         self._now = None
         self._size = nan if self._check_every_step else size
         self._point = point + size

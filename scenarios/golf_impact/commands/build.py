@@ -30,8 +30,8 @@ def build(
     """
     from golf_build import native as in_c
     from golf_build import system as systems
-    from golf_impact.doctor import check_temporary_folder
     from golf_impact.fmu import builder_of, default_path
+    from golf_impact.fmu_file import check_temporary_folder
 
     if fmi not in (2, 3):
         raise UserError(f"--fmi {fmi} is refused: it must be 2 or 3")

@@ -17,12 +17,11 @@ def doctor(fmus: Annotated[list[Path] | None, Argument(metavar="FMU", hidden=Tru
     code 1: there is a problem.
     """
     from golf_impact.doctor import examine
-    from golf_impact.fmu import current_fmu
 
     levels = set()
     chosen: list[Path | None] = [*fmus] if fmus else [None]
     for fmu in chosen:
-        for level, text in examine(fmu, current_fmu):
+        for level, text in examine(fmu):
             out.print(f"{level:<8}", style=_COLOURS[level], end=" ")
             say(text)
             levels.add(level)
