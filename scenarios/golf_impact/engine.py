@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from golf_build import BY_NAME
-from golf_build.wasm import digest
+from golf_build.sources import digest
 from golf_impact.errors import MissingEngineError, UserError, first_line
 from golf_impact.quantities import START
 
