@@ -29,7 +29,8 @@ from golf_build.archive import SUMS, checksums, scratch
 from golf_build.extras import install_command
 from golf_build.fmi2 import TABLES
 from golf_build.native_header import NATIVE_LAWS, header, native_row
-from golf_build.packaging import HERE, Builder, fmu_source
+from golf_build.packaging import HERE, Builder
+from golf_build.sources import fmu_source
 
 #: The ziglang of pyproject.toml's extra: other versions make other bytes.
 ZIGLANG = "0.13.0"

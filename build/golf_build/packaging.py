@@ -23,9 +23,9 @@ from golf_physics.variables import Variable
 
 from golf_build.archive import SUMS, checksums, scratch, unpack, write_archive
 from golf_build.description import interfaces, structure
+from golf_build.sources import PHYSICS, fmu_source
 
 HERE = Path(__file__).resolve().parent
-_PHYSICS = Path(golf_physics.__file__).resolve().parent
 
 #: What ClubBallImpact doesn't need of golf_physics.
 _APART = "companions/", "instance.py"
@@ -219,20 +219,14 @@ def guid_in(fmu: Path | BinaryIO) -> str | None:
     return root.get("guid") or root.get("instantiationToken")
 
 
-def fmu_source(name: str) -> Path:
-    """A file or folder of fmu_src; inside this package where it is installed."""
-    installed = HERE / "adapters" / name
-    return installed if installed.exists() else _PHYSICS.parent / name
-
-
 def _read(sources: Iterable[str]) -> dict[str, bytes]:
     """Files and folders of fmu_src by their paths in an FMU's package, which golf_physics is."""
     files: dict[str, bytes] = {}
     for place in map(fmu_source, sources):
-        root = _PHYSICS if place.is_relative_to(_PHYSICS) else place.parent
+        root = PHYSICS if place.is_relative_to(PHYSICS) else place.parent
         inside = place.rglob("*.py") if place.is_dir() else [place]
         files |= {file.relative_to(root).as_posix(): file.read_bytes() for file in inside}
-        if place == _PHYSICS:
+        if place == PHYSICS:
             files = {name: data for name, data in files.items() if not name.startswith(_APART)}
     return files
 

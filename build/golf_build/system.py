@@ -17,7 +17,8 @@ from golf_physics.variables import Unit, Variable
 from golf_build import fmi2
 from golf_build.archive import pack, unpack, write_archive
 from golf_build.native import BUILDERS as NATIVE
-from golf_build.packaging import HERE, Builder, PythonBuilder, fmu_source, guid_in, render
+from golf_build.packaging import HERE, Builder, PythonBuilder, guid_in, render
+from golf_build.sources import fmu_source
 
 if sys.version_info >= (3, 11):
     import tomllib

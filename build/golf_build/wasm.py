@@ -4,24 +4,18 @@
 page has them. The same sources make the same bytes on every machine: ziglang is pinned.
 """
 
-import hashlib
-from functools import cache
 from pathlib import Path
 
 from golf_build.archive import whole
 from golf_build.extras import install_command
 from golf_build.native import ZIG_CC, ZIGLANG, NativeError, compiled, ziglang
-from golf_build.native_header import header
-from golf_build.packaging import fmu_source
+from golf_build.sources import c_sources, digest
 
 #: Small rather than fast: an impact takes some µs. Inlined functions would make it larger.
 _FLAGS = (
     "-target", "wasm32-wasi", "-mexec-model=reactor", "-std=c99", "-Oz", "-fno-inline",
     "-mbulk-memory", "-ffp-contract=off", "-g0", "-s",
 )  # fmt: skip
-
-#: What native_header makes.
-_HEADER = "variables.h"
 
 #: Licences of what is linked, by their files in ziglang.
 _NOTICES = {
@@ -31,30 +25,6 @@ _NOTICES = {
     "wasi-libc, Apache License 2.0 with LLVM exceptions": "lib/libc/wasi/LICENSE-APACHE-LLVM",
     "wasi-libc, MIT": "lib/libc/wasi/LICENSE-MIT",
 }
-
-
-def _sources(token: str = "") -> dict[str, bytes]:
-    """The C sources by name, with the same line ends everywhere."""
-    files = sorted(fmu_source("native").glob("*.[ch]"))
-    sources = {file.name: file.read_bytes().replace(b"\r\n", b"\n") for file in files}
-    return sources | {_HEADER: header(0, token, {}).encode()}
-
-
-@cache
-def digest() -> str:
-    """Of the sources; physics.wasm has that of its own.
-
-    Lines about laws don't count: a law of one's own, which C doesn't have, changes them.
-    """
-    total = hashlib.sha256()
-    for name, data in _sources().items():
-        kept = (
-            [line for line in data.splitlines() if b"law" not in line]
-            if name == _HEADER
-            else [data]
-        )
-        total.update(b"\0".join([name.encode(), *kept]))
-    return total.hexdigest()[:16]
 
 
 def build() -> dict[str, bytes]:
@@ -68,7 +38,7 @@ def build() -> dict[str, bytes]:
         needs = f"the page's WebAssembly needs ziglang {ZIGLANG} for its bytes"
         raise NativeError(f"{needs}: {install_command('native')}")
     command = [*ZIG_CC, *_FLAGS, "page.c", "-o", "physics.wasm"]
-    wasm = compiled(command, _sources(digest()), "physics.wasm")
+    wasm = compiled(command, c_sources(digest()), "physics.wasm")
     notices = (f"{name}\n\n{(zig / file).read_text()}" for name, file in _NOTICES.items())
     return {"physics.wasm": wasm, "physics.txt": "\n\n".join(notices).encode()}
 

@@ -11,6 +11,7 @@ static struct {
     double results[VARIABLES - SETTABLE][ROWS];
     uint32_t read[VARIABLES - SETTABLE]; /* the value references of the results */
     unsigned char ends[ROWS]; /* how each row has ended */
+    int32_t count, outputs; /* how many rows or instants, and results of each */
 } space;
 
 /* The end of a row. */
@@ -71,9 +72,9 @@ static Refusal go_to(Component *c, double instant, double size)
     return refusal_of_failure(contact_failure(&c->is.impact.contact), NOT_COMPUTABLE, 0.0, 0.0);
 }
 
-static void read_results(Component *c, int row, int outputs)
+static void read_results(Component *c, int row)
 {
-    for (int n = 0; n < outputs; n++) {
+    for (int n = 0; n < space.outputs; n++) {
         uint32_t reference = space.read[n];
         component_get(c, reference, TABLE[place_of(reference)].type, &space.results[n][row]);
     }
@@ -94,18 +95,18 @@ static Refusal run_row(Component *c, int row)
     return why;
 }
 
-/* Compute so many rows, and so many results of each: NaN where a row is refused. */
-EXPORT(impacts) void rows_impacts(int count, int outputs)
+/* Compute the rows: NaN where one is refused. */
+EXPORT(impacts) void rows_impacts(void)
 {
-    for (int row = 0; row < count; row++) {
+    for (int row = 0; row < space.count; row++) {
         if (run_row(&solver, row).reason) {
-            for (int n = 0; n < outputs; n++) space.results[n][row] = NAN;
+            for (int n = 0; n < space.outputs; n++) space.results[n][row] = NAN;
             space.ends[row] = REFUSED;
             continue;
         }
         PhaseKind phase = solver.is.impact.phase;
         space.ends[row] = phase == APPROACH ? NOT_TOUCHED : phase == CONTACT ? TOUCHED : SEPARATED;
-        read_results(&solver, row, outputs);
+        read_results(&solver, row);
     }
 }
 
@@ -134,15 +135,15 @@ EXPORT(explain) int rows_explain(int row) { return keep(run_row(&solver, row)); 
 /* Begin the impact of the first row, up to an instant (s); whether it is accepted. */
 EXPORT(begin) int rows_begin(double end) { return keep(begin_row(&solver, 0, &end)); }
 
-/* Results of that impact at so many instants, which rise, from one that has been reached (s); whether
-   they can be computed. */
-EXPORT(instants) int rows_instants(int count, int outputs, double reached)
+/* Results of that impact at the instants, which rise, from one that has been reached (s); whether they
+   can be computed. */
+EXPORT(instants) int rows_instants(double reached)
 {
-    for (int row = 0; row < count; row++) {
+    for (int row = 0; row < space.count; row++) {
         double instant = space.values[SETTABLE][row];
         Refusal why = go_to(&solver, instant, instant - reached);
         if (why.reason) return keep(why);
-        read_results(&solver, row, outputs);
+        read_results(&solver, row);
         reached = instant;
     }
     return IS_ACCEPTED;

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from golf_build import BY_NAME
-from golf_build.wasm import digest
+from golf_build.sources import digest
 from golf_impact.errors import MissingEngineError, UserError, first_line
 from golf_impact.quantities import START
 
@@ -41,8 +41,13 @@ _OUTPUTS = sum(row.causality == "output" for row in BY_NAME.values())
 #: The memory that rows.c shares. The last column of the values has instants.
 _SPACE = np.dtype([
     ("values", float, (len(START) + 1, _ROWS)), ("results", float, (_OUTPUTS, _ROWS)),
-    ("read", np.uint32, _OUTPUTS), ("ends", np.uint8, _ROWS),
-])  # fmt: skip
+    ("read", np.uint32, _OUTPUTS), ("ends", np.uint8, _ROWS), ("count", np.int32),
+    ("outputs", np.int32),
+], align=True)  # fmt: skip
+
+#: The column of each value, and its start value.
+_PLACES = {name: place for place, name in enumerate(START)}
+_STARTS = np.array([[value] for value in START.values()])
 
 
 def run_rows(
@@ -74,7 +79,7 @@ def run_rows(
             engine.prepare(outputs, columns, min(size, number))
             for begin in pending:
                 part = slice(begin, min(begin + size, number))
-                found[:, part], ends[part] = engine.run(columns, part, len(outputs))
+                found[:, part], ends[part] = engine.run(columns, part)
 
     workers = min(most, len(begins))
     if workers < 2:
@@ -112,7 +117,8 @@ def run_instants(
         for begin in range(0, len(instants), _ROWS):
             part = instants[begin : begin + _ROWS]
             engine.space["values"][-1, : len(part)] = part
-            engine.check("instants", values, len(part), len(outputs), reached)
+            engine.space["count"] = len(part)
+            engine.check("instants", values, reached)
             found[:, begin : begin + _ROWS] = engine.space["results"][: len(outputs), : len(part)]
             reached = part[-1]
     return found
@@ -169,20 +175,23 @@ class _Engine:
 
     def prepare(self, outputs: Sequence[str], columns: Mapping[str, Any], number: int) -> None:
         """Set what is the same in all rows, up to so many of them."""
-        self.space["read"][: len(outputs)] = [BY_NAME[name].reference for name in outputs]
-        for column, name in zip(self.space["values"], START):
-            value = columns.get(name, START[name])
+        space = self.space
+        space["read"][: len(outputs)] = [BY_NAME[name].reference for name in outputs]
+        space["outputs"], space["values"][:-1, :number] = len(outputs), _STARTS
+        for name, value in columns.items():
             if not isinstance(value, np.ndarray):
-                column[:number] = value
+                space["values"][_PLACES[name], :number] = value
 
-    def run(self, columns: Mapping[str, Any], part: slice, outputs: int) -> Any:
+    def run(self, columns: Mapping[str, Any], part: slice) -> Any:
         """Results and ends of these rows."""
-        number = part.stop - part.start
-        for column, name in zip(self.space["values"], START):
-            if isinstance(value := columns.get(name), np.ndarray):
-                column[:number] = value[part]
-        self.call("impacts", number, outputs)
-        return self.space["results"][:outputs, :number], self.space["ends"][:number]
+        space, number = self.space, part.stop - part.start
+        for name, value in columns.items():
+            if isinstance(value, np.ndarray):
+                space["values"][_PLACES[name], :number] = value[part]
+        # Arguments in memory: wasmtime takes 5 us for each that a function has.
+        space["count"] = number
+        self.call("impacts")
+        return space["results"][: space["outputs"], :number], space["ends"][:number]
 
     def check(self, name: str, values: Mapping[str, float], *arguments: float) -> None:
         """Call an export; UserError if it refuses these values."""

@@ -6,7 +6,6 @@ import secrets
 import shutil
 from collections.abc import Callable
 from concurrent.futures import CancelledError
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -23,18 +22,10 @@ _PATIENCE = "30s"
 def sweep_on_cluster(
     address: str, path: Path, design: Design, progress: Callable[[int], object]
 ) -> Summary:
-    """Compute a sweep on the cluster of the scheduler at an address.
+    """As `write_table`, by the workers of the Dask scheduler at an address.
 
-    Args:
-        address: of the scheduler, "tcp://HOST:PORT".
-        path: FILE.parquet, a folder on storage that this machine and all workers share; its files
-            in the order of their names are the cases in their order.
-        design: the sweep.
-        progress: called with the number of cases done.
-
-    Raises:
-        UserError: Dask is missing; there is no cluster, or it gives up; its workers have another
-            version of this package, or don't share the folder; an earlier file has this name.
+    FILE.parquet is a folder on storage that all share; its files, in the order of their names, have
+    the cases in their order. UserError also: there is no such cluster, or it isn't fit for it.
     """
     try:
         import distributed
@@ -43,28 +34,23 @@ def sweep_on_cluster(
     if path.suffix != ".parquet" or path.is_file():
         raise UserError(f"--out {path} is refused: on a cluster it must be a folder FILE.parquet")
     folder = path.absolute().with_name(f".{secrets.token_hex(6)}.part")
+    shared, done = folder / "shared", 0
     try:
         folder.mkdir(parents=True)
-        (folder / "shared").touch()
+        shared.touch()
         with distributed.Client(address, timeout=_PATIENCE) as client:
             client.wait_for_workers(1, timeout=_PATIENCE)
-            for worker, (version, shared) in client.run(_inspect, folder / "shared").items():
-                if version != VERSION:
-                    raise UserError(f"the worker {worker} has golf-impact {version}, not {VERSION}")
-                if not shared:
-                    raise UserError(f"the worker {worker} doesn't share the folder {path.parent}")
-            (folder / "shared").unlink()
-            threads = sum(client.nthreads().values())
-            count = min(design.cases, max(-(-design.cases // BLOCK), 4 * threads))
+            for worker, why in client.run(_unfit, VERSION, shared, path.parent).items():
+                if why:
+                    raise UserError(f"the worker {worker} {why}")
+            shared.unlink()
+            least = 4 * sum(client.nthreads().values())
+            count = min(design.cases, max(-(-design.cases // BLOCK), least))
             ends = np.linspace(0, design.cases, count + 1).astype(int).tolist()
-            shared_design = client.scatter(design, broadcast=True)
-            futures = [
-                client.submit(
-                    write_table, folder / f"{n:06}.parquet", shared_design, range(*part), retries=2
-                )
-                for n, part in enumerate(pairwise(ends))
-            ]
-            done = 0
+            files = [folder / f"{n:06}.parquet" for n in range(count)]
+            cases = [*map(range, ends, ends[1:])]
+            sent = [client.scatter(design, broadcast=True)] * count
+            futures = client.map(write_table, files, sent, cases, retries=2)
             for _, summary in distributed.as_completed(futures, with_results=True):
                 done += len(summary.drawn)
                 progress(done)
@@ -85,13 +71,11 @@ def sweep_on_cluster(
         ) from error
     finally:
         shutil.rmtree(folder, ignore_errors=True)
-    return Summary(
-        sum(part.refused for part in parts),
-        next((part.first for part in parts if part.first), None),
-        np.concatenate([part.drawn for part in parts]),
-    )
+    return Summary.of(parts)
 
 
-def _inspect(file: Path) -> tuple[str, bool]:
-    """Of a worker: the version, and whether it has a file."""
-    return VERSION, file.exists()
+def _unfit(version: str, file: Path, folder: Path) -> str:
+    """Of a worker: why it can't take part."""
+    if version != VERSION:
+        return f"has golf-impact {VERSION}, not {version}"
+    return "" if file.exists() else f"doesn't share the folder {folder}"

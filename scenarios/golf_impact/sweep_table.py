@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -35,6 +35,13 @@ class Summary(NamedTuple):
     first: tuple[int, str] | None  #: row (from 1, without the header) of the first, and why
     drawn: np.ndarray  #: the output of the picture in all cases; NaN without a value
 
+    @classmethod
+    def of(cls, parts: Sequence[Summary]) -> Summary:
+        """Of parts that follow each other."""
+        first = next((part.first for part in parts if part.first), None)
+        drawn = np.concatenate([part.drawn for part in parts])
+        return cls(sum(part.refused for part in parts), first, drawn)
+
 
 def write_table(
     path: Path,
@@ -55,19 +62,18 @@ def write_table(
     Raises:
         UserError: it can't be written; then it is as it was.
     """
-    refused, first, drawn = 0, None, []
+    parts = []
     with opened(path) as stream, _writer(path.suffix.lower(), stream, design) as write:
         for begin in cases[::BLOCK]:
             end = min(begin + BLOCK, cases.stop)
-            columns = design.columns(np.arange(begin, end))
-            found = design.run(columns, impact)
-            write({**design.contacts(columns), **found}, found.refused)
-            if found.reason and first is None:
-                first = begin + int(found.refused.argmax()) + 1, found.reason
-            refused += int(found.refused.sum())
-            drawn.append(np.where(found.refused, np.nan, found[design.drawn]))
+            table = design.run(design.columns(np.arange(begin, end)), impact)
+            refused = table.refused
+            write(table, refused)
+            first = (begin + int(refused.argmax()) + 1, table.reason) if table.reason else None
+            drawn = np.where(refused, np.nan, table[design.drawn])
+            parts.append(Summary(int(refused.sum()), first, drawn))
             progress(end - cases.start)
-    return Summary(refused, first, np.concatenate(drawn))
+    return Summary.of(parts)
 
 
 @contextmanager

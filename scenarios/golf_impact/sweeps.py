@@ -174,10 +174,10 @@ class Design:
 
         In a linear law S, COR and E don't depend on speed.
         """
-        # They are computed for this alone, each once: an impact under a force takes milliseconds.
+        # They are computed for this alone, each once: some impacts take milliseconds.
         some = np.unique(np.random.default_rng(0).integers(self.cases, size=100))
         found = self.run(self.columns(some)) if len(self.outputs) > 1 else {}
-        columns = {name: np.asarray(found[name], float) for name in found}
+        columns = {name: np.asarray(found[name], float) for name in self.outputs if found}
         varied = (name for name, c in columns.items() if varies(c[np.isfinite(c)]))
         return next(varied, self.outputs[0])
 
@@ -200,29 +200,25 @@ class Design:
             values |= conditions_of(balls.values(), self.axes)
         return values
 
-    def contacts(self, columns: Mapping[str, Any]) -> dict[str, np.ndarray]:
-        """The columns, and of law, k and b those that aren't among them: every table has these."""
-        number, values = len(next(iter(columns.values()))), self.values(columns)
-        more = {name: values.get(name, START[name]) for name in CONTACT if name not in columns}
-        if "law" in more:
-            more["law"] = np.asarray(more["law"]).astype(np.int64)
-        return {**columns, **{n: np.broadcast_to(value, number) for n, value in more.items()}}
-
     def run(self, columns: Mapping[str, Any], impact: Impact | None = None) -> ImpactArrays:
-        """Outputs in the cases of these columns, through an FMU if one is given."""
-        values = self.values(columns)
+        """The table of these cases: swept variables, law, k and b, outputs.
+
+        Through an FMU if one is given.
+        """
+        number = len(next(iter(columns.values())))
+        values = {name: np.broadcast_to(x, number) for name, x in self.values(columns).items()}
         if impact is None:
             found = run_impacts(self.outputs, threads=self.threads, **values)
         else:
-            number = len(next(iter(columns.values())))
-            whole = {name: np.broadcast_to(value, number) for name, value in values.items()}
-            found = impact.many(self.outputs, **whole)
+            found = impact.many(self.outputs, **values)
         # Of a ball whose stiffness nobody measured, what depends on it isn't known.
         for name in self.grid["ball"] if "ball" in columns else ():
-            for unknown in ball(name).unknown(set(found) - {*FLAGS}, self.axes):
+            for unknown in ball(name).unknown({*found} - {*FLAGS}, self.axes):
                 mine = np.asarray(columns["ball"]) == name
                 found[unknown] = np.where(mine, np.nan, found[unknown])
-        return found
+        contact = {name: values.get(name, np.full(number, START[name])) for name in CONTACT}
+        contact["law"] = contact["law"].astype(np.int64)
+        return ImpactArrays({**columns, **contact, **found}, found.refused, found.reason)
 
 
 def _shares(method: str, dimensions: int, generator: Any, number: int) -> Any:
@@ -272,11 +268,7 @@ def sweep(
         (array([0., 9., 0., 9.]), array([1.641, 1.562, 1.641, 1.584]))
     """
     design = Design(sets, outputs, samples, seed, method, threads)
-    columns = design.columns(np.arange(design.cases))
-    table = design.run(columns)
-    # The swept variables first.
-    table.update(design.contacts(columns) | {name: table.pop(name) for name in design.outputs})
-    return table
+    return design.run(design.columns(np.arange(design.cases)))
 
 
 def sobol_indices(design: Design, impact: Impact | None = None) -> dict[str, Any]:
@@ -293,30 +285,32 @@ def sobol_indices(design: Design, impact: Impact | None = None) -> dict[str, Any
     """
     try:
         from SALib.analyze.sobol import analyze
+        from SALib.sample.sobol import sample
     except ImportError as error:
         raise missing_package("Sobol indices", "SALib", "sweep") from error
-    axes, generator = design.distributions, np.random.default_rng(design.seed)
-    both = _shares("sobol", 2 * len(axes), generator, _POINTS)
-    first, second = both[:, : len(axes)], both[:, len(axes) :]
-    mixed = [np.where(np.arange(len(axes)) == n, second, first) for n in range(len(axes))]
-    points = np.concatenate([first, *mixed, second])
+    axes, seed = design.distributions, design.seed
+    problem = {"num_vars": len(axes), "names": [*axes], "bounds": [[0.0, 1.0]] * len(axes)}
+    points = sample(problem, _POINTS, calc_second_order=False, seed=seed)
     columns = {name: np.repeat(values, len(points)) for name, values in design.grid.items()}
     columns |= {name: axis.ppf(points[:, n]) for n, (name, axis) in enumerate(axes.items())}
     found = design.run(columns, impact)
-    rows = np.array([np.where(found.refused, np.nan, column) for column in found.values()])
-    rows = rows.reshape(len(found), -1, _POINTS)
-    rows = rows[..., np.isfinite(rows).all(axis=(0, 1))]
-    problem = {"num_vars": len(axes), "names": [*axes], "bounds": [[0.0, 1.0]] * len(axes)}
+    rows = np.array([np.where(found.refused, np.nan, found[name]) for name in design.outputs])
+    # The rows of a point of the design follow each other.
+    rows = rows.reshape(len(rows), _POINTS, -1)
+    rows = rows[:, np.isfinite(rows).all(axis=(0, 2))]
     indices: dict[str, Any] = {"first_order": {}, "total": {}}
-    for output, values in zip(found, rows):
-        shares = {}
+    for output, values in zip(design.outputs, rows):
+        shares = dict.fromkeys(("S1", "S1_conf", "ST", "ST_conf"), np.full(len(axes), np.nan))
         if varies(values):
             shares = analyze(
-                problem, values.T.ravel(), calc_second_order=False, num_resamples=_RESAMPLES,
-                seed=design.seed,
-            )  # fmt: skip
+                problem,
+                values.ravel(),
+                calc_second_order=False,
+                num_resamples=_RESAMPLES,
+                seed=seed,
+            )
         for kind, name in (("first_order", "S1"), ("total", "ST")):
-            value, off = (shares.get(n, np.full(len(axes), np.nan)) for n in (name, f"{name}_conf"))
-            interval = np.stack([value, value - off, value + off], axis=-1)
+            value, half = shares[name], shares[f"{name}_conf"]
+            interval = np.stack([value, value - half, value + half], axis=-1)
             indices[kind][output] = dict(zip(axes, interval.tolist()))
-    return indices | {"samples": _POINTS, "seed": design.seed, "version": VERSION}
+    return indices | {"samples": _POINTS, "seed": seed, "version": VERSION}

@@ -63,9 +63,9 @@ def test_only_what_is_read_is_computed(monkeypatch):
     read = []
     run = engine._Engine.run
 
-    def spied(self, columns, part, outputs):
-        read.append(self.space["read"][:outputs].tolist())
-        return run(self, columns, part, outputs)
+    def spied(self, columns, part):
+        read.append(self.space["read"][: self.space["outputs"]].tolist())
+        return run(self, columns, part)
 
     monkeypatch.setattr(engine._Engine, "run", spied)
     golf_impact.run_impacts(["impulse", "separated"], k=[1e6, 2e6])

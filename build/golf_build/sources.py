@@ -1,0 +1,44 @@
+"""Where the sources of FMUs are, and those in C."""
+
+import hashlib
+from functools import cache
+from pathlib import Path
+
+import golf_physics
+
+from golf_build.native_header import header
+
+PHYSICS = Path(golf_physics.__file__).resolve().parent
+
+#: What native_header makes.
+_HEADER = "variables.h"
+
+
+def fmu_source(name: str) -> Path:
+    """A file or folder of fmu_src; inside this package where it is installed."""
+    installed = Path(__file__).resolve().parent / "adapters" / name
+    return installed if installed.exists() else PHYSICS.parent / name
+
+
+def c_sources(token: str = "") -> dict[str, bytes]:
+    """The C sources by name, with the same line ends everywhere."""
+    files = sorted(fmu_source("native").glob("*.[ch]"))
+    sources = {file.name: file.read_bytes().replace(b"\r\n", b"\n") for file in files}
+    return sources | {_HEADER: header(0, token, {}).encode()}
+
+
+@cache
+def digest() -> str:
+    """Of the C sources; physics.wasm has that of its own.
+
+    Lines about laws don't count: a law of one's own, which C doesn't have, changes them.
+    """
+    total = hashlib.sha256()
+    for name, data in c_sources().items():
+        kept = (
+            [line for line in data.splitlines() if b"law" not in line]
+            if name == _HEADER
+            else [data]
+        )
+        total.update(b"\0".join([name.encode(), *kept]))
+    return total.hexdigest()[:16]
