@@ -33,7 +33,7 @@ def names(folder):
     return {path.name for path in folder.iterdir()}
 
 
-# Help and options
+# Help, completion and options
 
 COMMANDS = {one.name: one.callback for one in app.registered_commands}
 
@@ -52,6 +52,24 @@ def test_version_help_and_list(monkeypatch):
         assert "Usage" in done.stdout
         assert " <" not in done.stdout
         assert max(map(len, done.stdout.splitlines())) <= 80
+
+
+@pytest.mark.parametrize(
+    ("line", "names"),
+    [
+        ("run sta", ["stability"]),
+        ("run --ball roh", ["roh-lee", "roh-lee-tsuji", "roh-lee-linear"]),
+        ("list --balls to", ["tour"]),
+        ("explore --set club_s", ["club_speed="]),
+        ("sweep --outputs force,im", ["force,impulse"]),
+    ],
+)
+def test_completion(line, names):
+    """As bash calls it."""
+    words = f"golf-impact {line}"
+    env = {"_GOLF_IMPACT_COMPLETE": "complete_bash", "COMP_WORDS": words}
+    done = golf(env=env | {"COMP_CWORD": str(words.count(" "))}, code=0)
+    assert done.stdout.split() == names
 
 
 # What is refused: command line and words of the error, in a folder with these
@@ -208,6 +226,10 @@ BALLS = {
     "": "is not a ball",
     "title = 'x'": "is not a ball",
     "k = ": "not a TOML",
+    # On both sides of the border of a number and a unit.
+    "law = 2\nk = 800 N/mm  # soft": 'a value with its unit needs quotes: k = "800 N/mm"',
+    "m_ball = 45.93g": 'quotes: m_ball = "45.93g"',
+    "k = 1.5e6kN/m\nb = 9": 'quotes: k = "1.5e6kN/m"',
     "k = 'stiff'": "k = 'stiff' is refused",
     "k = '8e5 N'": "'N' isn't a unit it may have: N/m, kN/m, N/mm",
     "k = true": "k = True is refused",

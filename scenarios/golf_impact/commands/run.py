@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from typer import Argument, Option
 
 from golf_impact.commands.console import RESULTS, err, out, print_table, progress, say, warn
-from golf_impact.commands.options import case_of
+from golf_impact.commands.options import case_of, complete_ball, complete_setting
 from golf_impact.errors import MissingEngineError, MissingFileError, UserError
 
 if TYPE_CHECKING:
@@ -33,10 +33,24 @@ _NAME = "Name of your case, in the names of its files; that of its ball, or cust
 _FMU = "Use this FMU and those beside it; nothing is built."
 
 
+def complete_scenario(incomplete: str) -> list[str]:
+    """Names of scenarios for the completion of a shell."""
+    from golf_impact.scripts import BY_NAME, SCENARIOS
+
+    return [name for name in (*SCENARIOS, *BY_NAME) if name.startswith(incomplete)]
+
+
 def run(
-    names: Annotated[list[str] | None, Argument(metavar="NAME", hidden=True)] = None,
-    set_: Annotated[list[str] | None, Option("--set", metavar="NAME=VALUE", help=_SET)] = None,
-    balls: Annotated[list[str] | None, Option("--ball", metavar="NAME", help=_BALL)] = None,
+    names: Annotated[
+        list[str] | None, Argument(metavar="NAME", hidden=True, autocompletion=complete_scenario)
+    ] = None,
+    set_: Annotated[
+        list[str] | None,
+        Option("--set", metavar="NAME=VALUE", help=_SET, autocompletion=complete_setting),
+    ] = None,
+    balls: Annotated[
+        list[str] | None, Option("--ball", metavar="NAME", help=_BALL, autocompletion=complete_ball)
+    ] = None,
     name: Annotated[str | None, Option("--name", metavar="NAME", help=_NAME)] = None,
     folder: Annotated[Path | None, Option("--out", metavar="FOLDER", help=_OUT)] = None,
     figures: Annotated[bool, Option(help="Write figures.")] = True,
