@@ -77,7 +77,7 @@ def test_completion(line, names):
 #: Files that a command writes, which are a pipe or a device.
 WRITTEN = {
     "run laws --out {}": "results.json",
-    "run --set k=1e6 --out {}": "custom_report.html",
+    "run --set k=1e6 --out {}": "k=1000000_report.html",
     "bench --quick --out {}": "bench.json",
     "stress --quick --out {}": "stress.json",
     "calibrate --measured cor=0.7 --measured contact_time=6e-4 --out {}": "calibrate.png",
@@ -476,7 +476,9 @@ def test_a_case_without_figures_needs_no_matplotlib(tmp_path, fmu_path):
     )
     options = "--set", "k=1e6", "--fmu", fmu_path, "--out", tmp_path, "--no-figures"
     assert "54.745" in run_python(program, "run", *options).stdout
-    assert names(tmp_path) == {"custom_results.json", "custom_trajectory.csv", "custom_report.html"}
+    assert names(tmp_path) == {
+        f"k=1000000_{end}" for end in ("results.json", "trajectory.csv", "report.html")
+    }
 
 
 # Signals: exit code 130 and one line, files are whole
@@ -521,7 +523,7 @@ def test_an_interrupted_command_leaves_the_earlier_files(tmp_path, monkeypatch, 
     def interrupt(*_, **__):
         raise KeyboardInterrupt
 
-    for name in ("custom_results.json", "x.csv", "x.parquet", "x.fmu"):
+    for name in ("k=1000000_results.json", "x.csv", "x.parquet", "x.fmu"):
         (tmp_path / name).write_text("earlier")
     before = contents(tmp_path)
     monkeypatch.setattr(place, interrupt)
