@@ -1,19 +1,23 @@
 """`golf-impact run`: scenarios, their report, cases of one's own, balls and units."""
 
 import html
+import io
 import json
 import re
 import sys
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from command import golf_case, golf_here, refused, run
 from html5 import check_page
+from PIL import Image
 
 import golf_impact
 from golf_impact import document, scripts
 from golf_impact.ball import BALLS
 from golf_impact.quantities import derived, describe
+from golf_impact.results import _with_minus, narrow_png, plotting
 
 MPH = 0.44704
 
@@ -87,9 +91,16 @@ def test_the_report(results, tmp_path):
     places = [page.index(text) for text in ("1.5641", "<img", 'id="laws"', 'id="document"')]
     assert places == sorted(places)
     assert "✗ &lt;1&gt; is false" in page
-    assert page.count("<img") == 3
+    assert page.count("<img") == page.count("<source") == 3
+    # A sign is a minus sign; what has the form of a name stays.
+    text = re.sub(r"<[^>]*>", " ", page.partition("<body>")[2])
+    assert "−0.14" in text
+    assert not re.search(r"(?<![\w.)-])-\.?\d", text)
     for _, columns, rows in document.tables():
-        assert all(html.escape(cell).replace("&#x27;", "&#39;") in page for r in rows for cell in r)
+        texts = {
+            html.escape(_with_minus(cell)).replace("&#x27;", "&#39;") for r in rows for cell in r
+        }
+        assert all(text in page for text in texts)
         assert all(f'<th scope="col">{column}' in page for column in columns)
     cases = json.loads((out / "results.json").read_text())
     # The same numbers in another run, to the last bit.
@@ -100,6 +111,29 @@ def test_the_report(results, tmp_path):
     assert path["force"].max() == pytest.approx(6785.6, rel=1e-5)
     figures = {"baseline_force.png", "baseline_motion.png", "laws.png"}
     assert figures | {"law_1.csv"} <= {file.name for file in out.iterdir()}
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [("-0.14", "−0.14"), ("3.4 (-2 %)", "3.4 (−2 %)"), ("1.4e-05", "1.4e−05"), ("-.5", "−.5"),
+     ("30-60", "30-60"), ("law-1", "law-1"), ("k 2 - 3", "k 2 - 3"), ("86-110+", "86-110+")],
+)  # fmt: skip
+def test_minus_signs(text, shown):
+    assert _with_minus(text) == shown
+
+
+def test_narrow_figures():
+    """A row of panels is a column, as wide as text of 9 px on a screen of 390 px allows."""
+    with plotting():
+        figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4), sharey=True)
+        left.set_title("A title that is far too long for a picture which is half as wide")
+        left.plot([1, 2], label="a line")
+        left.legend()
+    size = Image.open(io.BytesIO(narrow_png(figure))).size
+    assert size == (676, pytest.approx(130 * 6.6, abs=1))
+    assert left.get_position().y0 > right.get_position().y1
+    assert left.get_title("left").count("\n") == 1
+    assert not plt.get_fignums()
 
 
 def test_a_scenario_by_name_has_a_folder_of_its_own(tmp_path):
