@@ -2,7 +2,7 @@
 
 from html.parser import HTMLParser
 
-_VOID = {"meta", "img", "br", "link", "input", "hr", "path"}
+_VOID = {"meta", "img", "br", "link", "input", "hr", "path", "source"}
 
 
 class _Page(HTMLParser):

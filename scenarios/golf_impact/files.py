@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import sys
 import tempfile
 from collections.abc import Iterator
@@ -11,6 +12,13 @@ from typing import IO, Any
 
 from golf_build.archive import plain, whole
 from golf_impact.errors import UserError
+
+#: A line of a TOML file with a number and a unit: k = 800 N/mm.
+_UNQUOTED = re.compile(
+    r"""^[ \t]*([\w-]+)[ \t]*=[ \t]*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\d.eE_])"""
+    r"""[ \t]*[^\W\d_][^\s"'#=]*)[ \t]*(?:#.*)?$""",
+    re.MULTILINE,
+)
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -25,8 +33,15 @@ def read_toml(path: Path | str) -> dict[str, Any]:
     except OSError as error:
         raise UserError(f"can't read {path}: {error.strerror}") from error
     except (ValueError, RecursionError) as error:
-        raise UserError(f"{path} is not a TOML file: {error}") from error
+        raise UserError(f"{path} is not a TOML file: {error}{_quotes_hint(path)}") from error
     return tables
+
+
+def _quotes_hint(path: Path | str) -> str:
+    """How to write the first value with a unit that isn't in quotes; empty if there is none."""
+    text = Path(path).read_text("utf-8-sig", errors="replace")
+    found = _UNQUOTED.search(text)
+    return f'; a value with its unit needs quotes: {found[1]} = "{found[2]}"' if found else ""
 
 
 def check(path: Path) -> None:

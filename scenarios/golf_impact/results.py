@@ -2,10 +2,12 @@
 
 import base64
 import io
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 from golf_build.packaging import render
@@ -104,13 +106,13 @@ def write_results(
     if len({*names}) < len(names):
         twice = max(names, key=names.count)
         raise UserError(f"two figures or trajectories are named {twice}: rename one")
-    images: dict[str, dict[str, str]] = {}
+    images: dict[str, dict[str, list[str]]] = {}
     for name, result in results.items():
         images[name] = {}
         for title, figure in result.figures.items() if figures else ():
-            image = png(figure)
-            images[name][title] = base64.b64encode(image).decode()
-            write(folder / f"{prefix}{title}.png", image)
+            wide, narrow = _image(figure), narrow_png(figure)
+            images[name][title] = [base64.b64encode(one).decode() for one in (wide, narrow)]
+            write(folder / f"{prefix}{title}.png", wide)
         for title, rows in result.trajectories.items():
             write(folder / f"{prefix}{title}.csv", _csv(rows))
     cases = {name: result.cases for name, result in results.items()}
@@ -122,10 +124,55 @@ def png(figure: "Figure") -> bytes:
     """A figure as a PNG image; it is closed."""
     import matplotlib.pyplot as plt
 
+    image = _image(figure)
+    plt.close(figure)
+    return image
+
+
+def _image(figure: "Figure") -> bytes:
     image = io.BytesIO()
     figure.savefig(image, format="png")
-    plt.close(figure)
     return image.getvalue()
+
+
+def narrow_png(figure: "Figure") -> bytes:
+    """A figure as a PNG image for narrow screens; it is closed.
+
+    A row of panels becomes a column, and legends are below them.
+    """
+    panels = [(one, spec) for one in figure.axes if (spec := one.get_subplotspec())]
+    grids = {spec.get_gridspec() for _, spec in panels}
+    rows, columns = next(iter(grids)).get_geometry() if len(grids) == 1 else (1, 1)
+    if rows == 1:
+        column = figure.add_gridspec(columns, 1)
+        for one, spec in panels:
+            one.set_subplotspec(column[spec.colspan.start : spec.colspan.stop])
+            one.tick_params(labelleft=True)  # of shared axes, too
+    height, width = 3.2 * max(rows, columns), 46  # inches, characters
+    with plotting():
+        for one in figure.axes:
+            for place in ("left", "center", "right"):
+                one.set_title(fill(one.get_title(place), width), loc=place)
+            if legend := one.get_legend():
+                legend.set_loc("upper left")
+                legend.set_bbox_to_anchor((0.0, -0.2), one.transAxes)
+                height += 0.2 * len(legend.get_texts())
+    for legend in [*figure.legends]:
+        legend.remove()
+        handles: Any = legend.legend_handles
+        labels = [text.get_text() for text in legend.get_texts()]
+        figure.legend(handles, labels, loc="outside lower center", ncols=2)
+        height += 0.1 * len(labels)
+    if title := figure.get_suptitle():
+        figure.suptitle(fill(title, width))
+    # Text of 10.5 points has 10 pixels on a screen of 390 pixels.
+    figure.set_size_inches(5.2, height)
+    return png(figure)
+
+
+def _with_minus(text: object) -> str:
+    """A text in which the sign of a number is a minus sign."""
+    return re.sub(r"(?<![\w.)\]-])-(?=\.?\d)|(?<=\de)-(?=\d)", "−", str(text))
 
 
 def _csv(rows: Any) -> str:
@@ -134,9 +181,9 @@ def _csv(rows: Any) -> str:
 
 
 def _report(
-    results: Mapping[str, Result], images: Mapping[str, Mapping[str, str]], source: str
+    results: Mapping[str, Result], images: Mapping[str, Mapping[str, Sequence[str]]], source: str
 ) -> bytes:
-    """The report; images are in base64."""
+    """The report; images, for wide and for narrow screens, are in base64."""
     first = next(iter(results.values()))
     large = {
         case: [(QUANTITIES[name].name, _large(name, values[name])) for name in _LARGE]
@@ -148,6 +195,7 @@ def _report(
         results=results,
         images=images,
         source=source,
+        minus=_with_minus,
         # Of several scenarios the first case stands for all: the document's.
         large=dict(list(large.items())[: 1 if len(results) > 1 else 4]),
         readings=document.tables() if len(results) > 1 else [],

@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from command import golf_here
+from command import golf, golf_here, refused
 
 import golf_impact
 from golf_impact.ball import BALLS, Ball, ball, ball_toml, rating_stiffness, read_ball
@@ -25,10 +25,33 @@ def test_a_preset(name, tmp_path):
 
 
 def test_list_balls():
-    """All of their texts; lines are wrapped between words."""
-    done = golf_here("list", "--balls", code=0)
-    texts = [f"{ball.name} {ball.title} {ball.source} {ball.limits}" for ball in BALLS.values()]
+    """A table of results; with names all of their texts, wrapped between words."""
+    done = golf("list", "--balls", env={"COLUMNS": "200"}, code=0)
+    rows = [
+        [*map(str.strip, line.strip("│").split("│"))]
+        for line in done.stdout.splitlines()
+        if line.startswith("│")
+    ]
+    assert [row[0] for row in rows] == [*BALLS]
+    for name, title, speed, *numbers in rows:
+        found = golf_impact.run_impact(**BALLS[name].values, club_speed=float(speed))
+        shown = "smash_factor", "coefficient_of_restitution", "contact_time"
+        for n, digits, factor in zip(shown, (5e-4, 5e-4, 0.5), (1, 1, 1e6)):
+            number = float(numbers.pop(0))
+            assert number == pytest.approx(found[n] * factor, abs=digits)
+        assert title == BALLS[name].title
+        assert BALLS[name].speeds[0] <= float(speed) <= BALLS[name].speeds[1]
+    done = golf_here("list", "--balls", *BALLS, code=0)
+    texts = [f"{ball.name}: {ball.title} {ball.source} {ball.limits}" for ball in BALLS.values()]
     assert {word for text in texts for word in text.split()} <= set(done.stdout.split())
+    refused(golf_here("list", "tour"), "list --balls tour")
+
+
+def test_quotes_are_advised_for_a_unit_alone(tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text("law = 2\nk = 1e6\nb = 12.5\nday = 2026-01-01\ntitle =\n")
+    with pytest.raises(golf_impact.UserError, match=r"is not a TOML file[^;]*$"):
+        read_ball(file)
 
 
 @pytest.mark.parametrize(

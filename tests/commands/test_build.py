@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 import pythonfmu
-from command import ROOT, golf_here, run
+from command import ROOT, checkout, golf_here, run
 from conftest import some
 from packaging.requirements import Requirement
 from reference_results import FOLDER
@@ -36,6 +36,28 @@ def test_the_command(tmp_path, fmu_path):
     assert (done.stdout, done.stderr) == (f"{file}\n", "")
     assert file.read_bytes() == fmu_path.read_bytes()
     assert {path.name for path in file.parent.iterdir()} == {"x.fmu"}
+
+
+@pytest.mark.ci
+def test_an_output_without_a_function(tmp_path):
+    """A build stops with its name: of the plain FMU in Python, of the native one in C."""
+    env = os.environ | checkout(tmp_path)
+    table, functions = (tmp_path / "fmu_src/golf_physics" / name for name in (
+        "variables.py", "component/outputs.py"
+    ))  # fmt: skip
+    (row,) = (r for r in table.read_text("utf-8").splitlines() if '"kinetic_energy",' in r)
+    new = row.replace('34, "kinetic_energy"', '77, "double_energy"')
+    table.write_text(table.read_text("utf-8").replace(row, f"{row}\n{new}"), "utf-8")
+    build = sys.executable, "-m", "golf_impact", "build", "--out", tmp_path / "x.fmu"
+    assert "double_energy" in run(*build, env=env, code=1).stderr
+    text = functions.read_text("utf-8")
+    added = text.replace(
+        '    "momentum": ', '    "double_energy": _kinetic_energy,\n    "momentum": '
+    )
+    functions.write_text(added, "utf-8")
+    assert "output_double_energy" in run(*build, "--native", env=env, code=2).stderr
+    assert not (tmp_path / "x.fmu").exists()
+    run(*build, env=env)
 
 
 @pytest.mark.ci

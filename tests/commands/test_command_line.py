@@ -33,7 +33,7 @@ def names(folder):
     return {path.name for path in folder.iterdir()}
 
 
-# Help and options
+# Help, completion and options
 
 COMMANDS = {one.name: one.callback for one in app.registered_commands}
 
@@ -54,12 +54,30 @@ def test_version_help_and_list(monkeypatch):
         assert max(map(len, done.stdout.splitlines())) <= 80
 
 
+@pytest.mark.parametrize(
+    ("line", "names"),
+    [
+        ("run sta", ["stability"]),
+        ("run --ball roh", ["roh-lee", "roh-lee-tsuji", "roh-lee-linear"]),
+        ("list --balls to", ["tour"]),
+        ("explore --set club_s", ["club_speed="]),
+        ("sweep --outputs force,im", ["force,impulse"]),
+    ],
+)
+def test_completion(line, names):
+    """As bash calls it."""
+    words = f"golf-impact {line}"
+    env = {"_GOLF_IMPACT_COMPLETE": "complete_bash", "COMP_WORDS": words}
+    done = golf(env=env | {"COMP_CWORD": str(words.count(" "))}, code=0)
+    assert done.stdout.split() == names
+
+
 # What is refused: command line and words of the error, in a folder with these
 
 #: Files that a command writes, which are a pipe or a device.
 WRITTEN = {
     "run laws --out {}": "results.json",
-    "run --set k=1e6 --out {}": "custom_report.html",
+    "run --set k=1e6 --out {}": "k=1000000_report.html",
     "bench --quick --out {}": "bench.json",
     "stress --quick --out {}": "stress.json",
     "calibrate --measured cor=0.7 --measured contact_time=6e-4 --out {}": "calibrate.png",
@@ -208,6 +226,10 @@ BALLS = {
     "": "is not a ball",
     "title = 'x'": "is not a ball",
     "k = ": "not a TOML",
+    # On both sides of the border of a number and a unit.
+    "law = 2\nk = 800 N/mm  # soft": 'a value with its unit needs quotes: k = "800 N/mm"',
+    "m_ball = 45.93g": 'quotes: m_ball = "45.93g"',
+    "k = 1.5e6kN/m\nb = 9": 'quotes: k = "1.5e6kN/m"',
     "k = 'stiff'": "k = 'stiff' is refused",
     "k = '8e5 N'": "'N' isn't a unit it may have: N/m, kN/m, N/mm",
     "k = true": "k = True is refused",
@@ -454,7 +476,9 @@ def test_a_case_without_figures_needs_no_matplotlib(tmp_path, fmu_path):
     )
     options = "--set", "k=1e6", "--fmu", fmu_path, "--out", tmp_path, "--no-figures"
     assert "54.745" in run_python(program, "run", *options).stdout
-    assert names(tmp_path) == {"custom_results.json", "custom_trajectory.csv", "custom_report.html"}
+    assert names(tmp_path) == {
+        f"k=1000000_{end}" for end in ("results.json", "trajectory.csv", "report.html")
+    }
 
 
 # Signals: exit code 130 and one line, files are whole
@@ -499,7 +523,7 @@ def test_an_interrupted_command_leaves_the_earlier_files(tmp_path, monkeypatch, 
     def interrupt(*_, **__):
         raise KeyboardInterrupt
 
-    for name in ("custom_results.json", "x.csv", "x.parquet", "x.fmu"):
+    for name in ("k=1000000_results.json", "x.csv", "x.parquet", "x.fmu"):
         (tmp_path / name).write_text("earlier")
     before = contents(tmp_path)
     monkeypatch.setattr(place, interrupt)

@@ -1,19 +1,23 @@
 """`golf-impact run`: scenarios, their report, cases of one's own, balls and units."""
 
 import html
+import io
 import json
 import re
 import sys
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from command import golf_case, golf_here, refused, run
 from html5 import check_page
+from PIL import Image
 
 import golf_impact
 from golf_impact import document, scripts
 from golf_impact.ball import BALLS
 from golf_impact.quantities import derived, describe
+from golf_impact.results import _with_minus, narrow_png, plotting
 
 MPH = 0.44704
 
@@ -87,9 +91,16 @@ def test_the_report(results, tmp_path):
     places = [page.index(text) for text in ("1.5641", "<img", 'id="laws"', 'id="document"')]
     assert places == sorted(places)
     assert "✗ &lt;1&gt; is false" in page
-    assert page.count("<img") == 3
+    assert page.count("<img") == page.count("<source") == 3
+    # A sign is a minus sign; what has the form of a name stays.
+    text = re.sub(r"<[^>]*>", " ", page.partition("<body>")[2])
+    assert "−0.14" in text
+    assert not re.search(r"(?<![\w.)-])-\.?\d", text)
     for _, columns, rows in document.tables():
-        assert all(html.escape(cell).replace("&#x27;", "&#39;") in page for r in rows for cell in r)
+        texts = {
+            html.escape(_with_minus(cell)).replace("&#x27;", "&#39;") for r in rows for cell in r
+        }
+        assert all(text in page for text in texts)
         assert all(f'<th scope="col">{column}' in page for column in columns)
     cases = json.loads((out / "results.json").read_text())
     # The same numbers in another run, to the last bit.
@@ -100,6 +111,29 @@ def test_the_report(results, tmp_path):
     assert path["force"].max() == pytest.approx(6785.6, rel=1e-5)
     figures = {"baseline_force.png", "baseline_motion.png", "laws.png"}
     assert figures | {"law_1.csv"} <= {file.name for file in out.iterdir()}
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [("-0.14", "−0.14"), ("3.4 (-2 %)", "3.4 (−2 %)"), ("1.4e-05", "1.4e−05"), ("-.5", "−.5"),
+     ("30-60", "30-60"), ("law-1", "law-1"), ("k 2 - 3", "k 2 - 3"), ("86-110+", "86-110+")],
+)  # fmt: skip
+def test_minus_signs(text, shown):
+    assert _with_minus(text) == shown
+
+
+def test_narrow_figures():
+    """A row of panels is a column, as wide as text of 9 px on a screen of 390 px allows."""
+    with plotting():
+        figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4), sharey=True)
+        left.set_title("A title that is far too long for a picture which is half as wide")
+        left.plot([1, 2], label="a line")
+        left.legend()
+    size = Image.open(io.BytesIO(narrow_png(figure))).size
+    assert size == (676, pytest.approx(130 * 6.6, abs=1))
+    assert left.get_position().y0 > right.get_position().y1
+    assert left.get_title("left").count("\n") == 1
+    assert not plt.get_fignums()
 
 
 def test_a_scenario_by_name_has_a_folder_of_its_own(tmp_path):
@@ -163,14 +197,15 @@ def test_a_case_of_ones_own(tmp_path):
     after = {path.name: path.read_bytes() for path in out.iterdir()}
     assert after.items() >= before.items()
     ends = ("trajectory.csv", "force.png", "report.html", "results.json")
-    assert set(after) - set(before) == {f"custom_{end}" for end in ends}
-    case = json.loads(after["custom_results.json"])["custom"]["custom"]
+    assert set(after) - set(before) == {f"club_speed=42.4688_{end}" for end in ends}
+    name = "club_speed=42.4688"
+    case = json.loads(after[f"{name}_results.json"])[name][name]
     assert case["smash_factor"] * 42.4688 == pytest.approx(case["ball_velocity"], rel=1e-15)
     words = " ".join(done.stdout.split())
     assert "law 1, k = 1 MN/m, b = 9 N·s/m" in words
     assert "This is law 1" in words
     assert "--ball roh-lee for a real ball" in words
-    page = after["custom_report.html"].decode()
+    page = after[f"{name}_report.html"].decode()
     assert page.index("1.5641") < page.index("<img") < page.index("<table")
 
 
@@ -209,7 +244,8 @@ def test_results_without_a_contact_or_a_separation(tmp_path, given, words, missi
     else:
         (line,) = (line for line in done.stdout.splitlines() if "contact time" in line)
         assert words in line
-        assert f"<td>{words}</td>" in (tmp_path / "custom_report.html").read_text("utf-8")
+        (report,) = tmp_path.glob("*_report.html")
+        assert f"<td>{words}</td>" in report.read_text("utf-8")
 
 
 @pytest.mark.parametrize(
@@ -255,9 +291,13 @@ def test_scenarios_keep_their_values(tmp_path):
 
 
 def test_files_of_a_case_are_its_own(tmp_path):
-    """Those of a case without a ball, with one, and with --name are beside each other."""
+    """No case replaces another one's: its name has its balls and values, or is given."""
+    many = [f"--set={n}=0.{'1234567890' * 2}" for n in ("club_speed", "gap", "b", "m_club", "k")]
     for n, (more, name) in enumerate(
-        [(("--set=k=8e5",), "custom"), (("--ball=roh-lee",), "roh-lee"),
+        [(("--set=k=8e5",), "k=800000"), (("--set=k=800.1 N/mm",), "k=800100"),
+         (("--set=k=800.1N/mm", "--set=b=8"), "k=800100_b=8"), (("--ball=roh-lee",), "roh-lee"),
+         (("--ball=roh-lee", "--set=k=8e5"), "roh-lee_k=800000"), (many, "club_speed=0.123456"),
+         ((*many, "--set=law=2"), "club_speed=0.123456"),
          (("--ball=roh-lee", "--set=k=8e5", "--name=stiff"), "stiff")], 1
     ):  # fmt: skip
         before = {file: file.read_bytes() for file in tmp_path.iterdir()}
@@ -265,13 +305,13 @@ def test_files_of_a_case_are_its_own(tmp_path):
         after = {file: file.read_bytes() for file in tmp_path.iterdir()}
         assert after.items() >= before.items()
         assert len(after) == 4 * n
-        assert {file.name.startswith(f"{name}_") for file in after.keys() - before} == {True}
+        assert {file.name.startswith(name) for file in after.keys() - before} == {True}
     case = json.loads((tmp_path / "stiff_results.json").read_text())["stiff"]
     assert [*case] == ["roh-lee"]
     assert '<th scope="col">roh-lee' in (tmp_path / "roh-lee_report.html").read_text("utf-8")
     refused(golf_here("run", "--set=k=8e5", "--name=a/b", "--out", tmp_path), "leave out")
     refused(golf_here("run", "laws", "--name=a", "--out", tmp_path), "--set or --ball")
-    assert len([*tmp_path.iterdir()]) == 12
+    assert len([*tmp_path.iterdir()]) == 32
 
 
 # Balls
@@ -281,7 +321,8 @@ def test_several_balls(tmp_path):
     """In their order; --set overrides their values."""
     command = "run", "--ball", "tour", "--ball", "penner", "--no-figures", "--out", tmp_path
     golf_here(*command, "--set", "club_speed=50", code=0)
-    cases = json.loads((tmp_path / "tour_penner_results.json").read_text())["tour_penner"]
+    name = "tour_penner_club_speed=50"
+    cases = json.loads((tmp_path / f"{name}_results.json").read_text())[name]
     assert list(cases) == ["tour", "penner"]
     for name, case in cases.items():
         force = golf_impact.run_impact(**{**BALLS[name].values, "club_speed": 50.0})["max_force"]

@@ -18,7 +18,6 @@ app = typer.Typer(
     help="Impact of a golf club on a ball: build the co-simulation FMU, run and check scenarios.",
     epilog="Example: golf-impact run baseline laws --out results",
     context_settings={"help_option_names": ["-h", "--help"]},
-    add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,  # its help truncates names of options at 80 columns
 )

@@ -25,11 +25,13 @@ def warn(words: object, style: str | None = None) -> None:
     say(words, style, err)
 
 
-def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
-    """Print a table; numbers, in all columns but the first, are aligned to the right."""
+def print_table(
+    title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], texts: int = 1
+) -> None:
+    """Print a table; numbers, in all columns after the first `texts`, are aligned to the right."""
     table = Table(title=title or None, title_justify="left", title_style="bold")
     for n, column in enumerate(columns):
-        table.add_column(column, justify="right" if n else "left", overflow="fold")
+        table.add_column(column, justify="right" if n >= texts else "left", overflow="fold")
     for row in rows:
         table.add_row(*row)
     out.print(table)

@@ -3,9 +3,10 @@
 from collections.abc import Container, Iterable
 from typing import TYPE_CHECKING, Any
 
+from golf_build import BY_NAME
 from golf_impact.commands.console import say, warn
 from golf_impact.errors import UserError
-from golf_impact.quantities import LAWS_IN_WORDS, format_options
+from golf_impact.quantities import LAWS_IN_WORDS, START, format_options
 from golf_impact.units import remarks, si_value, unit_of
 
 if TYPE_CHECKING:
@@ -16,6 +17,25 @@ _OF_A_SHOT = (
     "loft", "dynamic_loft", "spin_loft", "attack_angle", "launch_angle", "backspin", "friction",
     "wind_speed", "carry",
 )  # fmt: skip
+
+
+def complete_ball(incomplete: str) -> list[str]:
+    """Names of balls for the completion of a shell."""
+    from golf_impact.ball import BALLS
+
+    return [name for name in BALLS if name.startswith(incomplete)]
+
+
+def complete_setting(incomplete: str) -> list[str]:
+    """Names of inputs and parameters, for the completion of --set."""
+    return [f"{name}=" for name in START if name.startswith(incomplete)]
+
+
+def complete_output(incomplete: str) -> list[str]:
+    """Names of outputs, the last one after a comma, for the completion of a shell."""
+    before, comma, last = incomplete.rpartition(",")
+    names = (row.name for row in BY_NAME.values() if row.causality == "output")
+    return [f"{before}{comma}{name}" for name in names if name.startswith(last)]
 
 
 def case_of(pairs: Iterable[str], names: Iterable[str]) -> tuple[dict[str, Any], "list[Ball]"]:

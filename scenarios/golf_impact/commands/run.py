@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from typer import Argument, Option
 
 from golf_impact.commands.console import RESULTS, err, out, print_table, progress, say, warn
-from golf_impact.commands.options import case_of
+from golf_impact.commands.options import case_of, complete_ball, complete_setting, pairs_of
 from golf_impact.errors import MissingEngineError, MissingFileError, UserError
 
 if TYPE_CHECKING:
@@ -29,14 +29,28 @@ _BALL = (
     "overrides its values."
 )
 _OUT = "Folder of the results; golf-impact-results if omitted, with NAME a folder in there."
-_NAME = "Name of your case, in the names of its files; that of its ball, or custom, if omitted."
+_NAME = "Name of your case and of its files; its balls and values if omitted."
 _FMU = "Use this FMU and those beside it; nothing is built."
 
 
+def complete_scenario(incomplete: str) -> list[str]:
+    """Names of scenarios for the completion of a shell."""
+    from golf_impact.scripts import BY_NAME, SCENARIOS
+
+    return [name for name in (*SCENARIOS, *BY_NAME) if name.startswith(incomplete)]
+
+
 def run(
-    names: Annotated[list[str] | None, Argument(metavar="NAME", hidden=True)] = None,
-    set_: Annotated[list[str] | None, Option("--set", metavar="NAME=VALUE", help=_SET)] = None,
-    balls: Annotated[list[str] | None, Option("--ball", metavar="NAME", help=_BALL)] = None,
+    names: Annotated[
+        list[str] | None, Argument(metavar="NAME", hidden=True, autocompletion=complete_scenario)
+    ] = None,
+    set_: Annotated[
+        list[str] | None,
+        Option("--set", metavar="NAME=VALUE", help=_SET, autocompletion=complete_setting),
+    ] = None,
+    balls: Annotated[
+        list[str] | None, Option("--ball", metavar="NAME", help=_BALL, autocompletion=complete_ball)
+    ] = None,
     name: Annotated[str | None, Option("--name", metavar="NAME", help=_NAME)] = None,
     folder: Annotated[Path | None, Option("--out", metavar="FOLDER", help=_OUT)] = None,
     figures: Annotated[bool, Option(help="Write figures.")] = True,
@@ -56,7 +70,8 @@ def run(
     own = bool(values or own_balls)
     if name is not None and not own:
         raise UserError("--name is that of a case of your own: give --set or --ball with it")
-    own_name = name or "_".join(Path(one.name).stem for one in own_balls) or "custom"
+    chosen_values = {key: values[key] for key in pairs_of(set_ or [], "NAME=VALUE")}
+    own_name = name or name_of_case(chosen_values, own_balls)
     if {*own_name} & {*NO_NAME}:
         raise UserError(f"--name {own_name} can't be in names of files: leave out {NO_NAME}")
     if names and own:
@@ -82,9 +97,7 @@ def run(
         for words in ball.range_remarks(own_balls, speed):
             warn(words, style="yellow")
         try:
-            custom = (
-                {own_name: own_case(impact, values, own_balls, own_name, figures)} if own else {}
-            )
+            mine = {own_name: own_case(impact, values, own_balls, own_name, figures)} if own else {}
         except UserError as error:
             option = next(
                 (o for o in set_ or [] if o.partition("=")[0].strip() == error.variable), None
@@ -94,17 +107,31 @@ def run(
         advance(len(paths) + own, "writing")
         pages = [
             write_results(folder or RESULTS if prefix else place, some, source, figures, prefix)
-            for prefix, some in (("", results), (f"{own_name}_", custom))
+            for prefix, some in (("", results), (f"{own_name}_", mine))
             if some
         ]
     if not pages:
         raise UserError("there is nothing to run")
     if names or own:
-        show([*results.values(), *custom.values()])
+        show([*results.values(), *mine.values()])
     else:
         summarize(results)
     say(f"Results in {' and '.join(str(page.parent) for page in pages)}; report: {pages[-1]}")
-    return int(any(result.failed for result in (*results.values(), *custom.values())))
+    return int(any(result.failed for result in (*results.values(), *mine.values())))
+
+
+def name_of_case(values: Mapping[str, float], balls: "Sequence[Ball]") -> str:
+    """The name of a case with these balls and values (SI units); another case has another one."""
+    from hashlib import sha256
+
+    from golf_impact.quantities import format_shortest
+
+    stems = (Path(one.name).stem for one in balls)
+    name = "_".join([*stems, *(f"{key}={format_shortest(x)}" for key, x in values.items())])
+    if len(name.encode()) <= 120:
+        return name
+    # Names of files have at most 255 bytes.
+    return f"{name.encode()[:100].decode(errors='ignore')}_{sha256(name.encode()).hexdigest()[:8]}"
 
 
 def own_case(
@@ -112,7 +139,7 @@ def own_case(
 ) -> "Result":
     """Results and force of a case with each ball (or none); values (SI) override a ball's.
 
-    A case is named after its ball; one without a ball has this name.
+    A case is headed by its ball; one without a ball by this name.
     """
     import numpy as np
 

@@ -11,7 +11,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 from typer import Option
 
 from golf_impact.commands.console import print_table, progress, say, warn
-from golf_impact.commands.options import pairs_of, take_conditions
+from golf_impact.commands.options import (
+    complete_output,
+    complete_setting,
+    pairs_of,
+    take_conditions,
+)
 from golf_impact.errors import UserError
 
 if TYPE_CHECKING:
@@ -37,9 +42,15 @@ _Text = str | None
 
 
 def sweep(
-    set_: Annotated[list[str] | None, Option("--set", metavar="NAME=VALUES", help=_SET)] = None,
+    set_: Annotated[
+        list[str] | None,
+        Option("--set", metavar="NAME=VALUES", help=_SET, autocompletion=complete_setting),
+    ] = None,
     out: Annotated[Path | None, Option(metavar="FILE", help="FILE.csv or FILE.parquet.")] = None,
-    outputs: Annotated[_Text, Option(metavar="A,B,C", help="Outputs to read, no others.")] = None,
+    outputs: Annotated[
+        _Text,
+        Option(metavar="A,B,C", help="Outputs to read, no others.", autocompletion=complete_output),
+    ] = None,
     samples: Annotated[_Number, Option(metavar="N", help="Samples of the distributions.")] = None,
     seed: Annotated[int, Option(metavar="N", help="Of the samples.")] = 0,
     method: Annotated[str, Option(metavar="random|lhs|sobol", help=_METHOD)] = "random",
