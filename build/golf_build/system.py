@@ -59,8 +59,8 @@ class {model}(CompanionAdapter):
 
 #: What every companion needs of golf_physics.
 _SHARED = (
-    "companions/companion", "companions/__init__", "numerics/ode", "numerics/events",
-    "numerics/chebyshev", "numerics/__init__", "codec", "modes", "values", "variables",
+    "companions/companion", "companions/__init__", "numerics/events", "numerics/__init__",
+    "codec", "modes", "values", "variables",
 )  # fmt: skip
 
 
@@ -99,9 +99,13 @@ def _companion(name: str, *modules: str) -> Builder:
 
 #: The companions by name.
 COMPANIONS = {
-    "Swing": _companion("Swing", "companions/swing", "companions/double_pendulum"),
-    "Launch": _companion("Launch", "companions/launch", "restitution"),
-    "BallFlight": _companion("BallFlight", "companions/ball_flight"),
+    "Swing": _companion(
+        "Swing", "companions/swing", "companions/double_pendulum", "numerics/runge_kutta"
+    ),
+    "Launch": _companion(
+        "Launch", "companions/launch", "restitution", "numerics/oscillator", "numerics/gauss"
+    ),
+    "BallFlight": _companion("BallFlight", "companions/ball_flight", "numerics/runge_kutta"),
 }
 
 
