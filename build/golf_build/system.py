@@ -59,7 +59,7 @@ class {model}(CompanionAdapter):
 #: What every companion needs of golf_physics.
 _SHARED = (
     "companions/companion", "companions/__init__", "numerics/ode", "numerics/events",
-    "numerics/chebyshev", "numerics/__init__", "codec", "modes", "values", "variables",
+    "numerics/chebyshev", "numerics/__init__", "codec", "modes", "refusals", "values", "variables",
 )  # fmt: skip
 
 
