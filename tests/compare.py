@@ -1,11 +1,18 @@
 """Comparisons of numbers whose failure is one line: variable, error, case, steps, seed."""
 
 import math
+import re
 
 import pytest
+from golf_physics.values import SLOWEST
 
 from golf_impact.quantities import START as DEFAULTS
 from golf_impact.scales import TOLERANCE, Scales, reduced_mass
+
+
+def to_15_digits(sentence):
+    """With numbers as C prints them: Python prints all their digits, and 1.0 for 1."""
+    return re.sub(r"-?\d+\.\d+(e[-+]\d+)?", lambda number: f"{float(number[0]):.15g}", sentence)
 
 
 def contact_scales(values, outputs):
@@ -16,7 +23,7 @@ def contact_scales(values, outputs):
     """
     mu, n = reduced_mass(values), values["exponent"]
     closing, time = values["club_speed"] - values["ball_speed"], outputs["contact_time"]
-    approach = values["gap"] / closing if closing > 0.0 else 0.0
+    approach = values["gap"] / closing if closing > SLOWEST else 0.0
     stiffer = n * (outputs["max_compression"] / values["reference_compression"]) ** (n - 1.0)
     fastest = max(math.sqrt(values["k"] * max(1.0, stiffer) / mu), values["b"] / mu)
     largest = {**outputs, "contact_time": 1.0 if math.isnan(time) else time}

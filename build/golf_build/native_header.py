@@ -1,17 +1,17 @@
 """variables.h: what the native FMU has from golf_physics's tables, so that nothing is typed twice.
 
 Value references, bounds and start values come from variables.py, the constants of the quadratures
-from numerics, and the sentences of refusals from where golf_physics has them.
+from numerics, and the sentences of refusals from refusals.py.
 """
 
 from collections.abc import Iterator, Mapping
+from string import Formatter
 from typing import Any
 
-from golf_physics import modes, refusals, restitution
-from golf_physics.component import component
-from golf_physics.laws import integrated, law, linear, power_law, relative
-from golf_physics.numerics import chebyshev, gauss, ode
-from golf_physics.values import SLOWEST, rejected
+from golf_physics import conflicts, modes, refusals, restitution
+from golf_physics.laws import integrated, linear, power_law
+from golf_physics.numerics import chebyshev, gauss
+from golf_physics.values import SLOWEST
 from golf_physics.variables import (
     BY_NAME,
     INDICATORS,
@@ -90,15 +90,15 @@ def _lines(fmi: int, token: str, start: Mapping[str, float]) -> Iterator[str]:
     yield from _constants()
     yield ""
     yield "/* Why something is refused, and the sentence. */"
-    sentences = [(reason, _quoted(text)) for reason, text in _sentences()]
+    sentences = dict(_sentences())
     yield "typedef enum {"
-    yield ",\n".join(["    FINE", *(f"    {reason}" for reason, _ in sentences)]) + ","
-    yield f"    LAST_REASON = {sentences[-1][0]}"
+    yield ",\n".join(f"    {reason}" for reason in ("FINE", *sentences, "REASONS"))
     yield "} Reason;"
     yield ""
+    yield "/* %n: a name, %t: a type, %s: words, %r: a number, %g: one of six digits. */"
     yield "static const char *const SENTENCES[] = {"
     yield '    "",'
-    yield from (f"    /* {reason} */ {text}," for reason, text in sentences)
+    yield from (f"    /* {reason} */ {text}," for reason, text in sentences.items())
     yield "};"
     yield ""
 
@@ -111,7 +111,7 @@ def native_row(row: Variable) -> Variable:
 def _variable(row: Variable) -> str:
     row = native_row(row)
     causality = {"input": "INPUT", "parameter": "PARAMETER"}.get(row.causality, "RESULT")
-    refused = _quoted(modes.out_of_range(row, _HOLE) if row.start is not None else "")
+    refused = '""' if row.start is None else _template("OUT_OF_RANGE", **modes.words_on_range(row))
     numbers = ", ".join(repr(float(x or 0.0)) for x in (row.start, row.low, row.high))
     return f'    {{"{row.name}", {_TYPES[row.type]}, {causality}, {numbers}, {refused}}},'
 
@@ -120,8 +120,8 @@ def _constants() -> Iterator[str]:
     yield f"#define SLOWEST {SLOWEST!r}"
     yield f"#define LEAST_RESTITUTION {restitution.LEAST!r}"
     yield f"#define MOST_DAMPING_RATIO {restitution.MOST_DAMPING!r}"
-    yield f"#define MOST_RATIO {refusals._MOST_RATIO!r}"
-    yield f"#define MOST_PUSH {law._MOST_PUSH!r}"
+    for name in ("MOST_RATIO", "MOST_PUSH", "MOST_PUSH_OF_POWER_LAW"):
+        yield f"#define {name} {getattr(refusals, name)!r}"
     yield f"enum {{ GAUSS_POINTS = {len(gauss.GAUSS_5)}, ORDER = {chebyshev.ORDER} }};"
     nodes, weights = zip(*gauss.GAUSS_5)
     yield from _array("GAUSS_NODES", nodes)
@@ -143,61 +143,42 @@ def _matrix(name: str, rows: Any) -> Iterator[str]:
     yield "};"
 
 
-def _quoted(sentence: object) -> str:
-    """A sentence as C has it, with %s in place of each name and number."""
-    text = str(sentence).format(*[_HOLE] * str(sentence).count("{"))
-    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
-
-
 # SENTENCES
 
+#: What isn't a number, in C's templates.
+_WORDS = {"name": "%n", "type": "%t", "why": "%s"}
 
-class _Hole:
-    """Stands for a name or a number in a sentence."""
-
-    def __repr__(self) -> str:
-        return "%s"
-
-    def __format__(self, spec: str) -> str:
-        return "%s"
-
-
-_HOLE: Any = _Hole()
+#: Of rules that C has by other names, or fills with the limits of its own.
+_KNOWN: dict[str, dict[str, Any]] = {
+    "DAMPING_RATIO": {"most": restitution.MOST_DAMPING},
+    "TOUCH": {"least": restitution.LEAST},
+    "TOO_MANY_PANELS": {"most": integrated._MOST_PANELS},
+    "TOO_MANY_EXTREMA": {"most": linear._MOST},
+}
 
 
-def _sentences() -> Iterator[tuple[str, object]]:
-    """Reasons, and their sentences."""
-    yield "OUT_OF_RANGE", ""  # of every variable, see the table
-    yield "FIXED", rejected(_HOLE, _HOLE, modes.FIXED)
-    yield "START_TIME", rejected("start time", _HOLE, modes.START_TIME, " s")
-    yield "LATE_SET_UP", modes.LATE_SET_UP
-    yield "ENTERED_TWICE", modes.ENTERED_TWICE
-    yield "NOT_ENTERED", modes.NOT_ENTERED
-    yield "STEP_SIZE", rejected("communication step size", _HOLE, modes.STEP_SIZE, " s")
-    yield "POINT_JUMPS", rejected("communication point", _HOLE, modes.POINT_JUMPS, " s")
-    yield "STEP_BEFORE_START", modes.STEP_BEFORE_START
-    yield "STEP_AFTER_END", modes.STEP_AFTER_END
-    yield "NOT_SETTABLE", modes.NOT_SETTABLE
-    yield "NOT_READABLE", modes.NOT_READABLE
-    yield "NO_VARIABLE", modes.NO_VARIABLE
-    yield "SET_AFTER_END", modes.SET_AFTER_END
-    yield "FOREIGN_STATE", component.FOREIGN_STATE
-    yield "UNTIL_CORRECTED", modes.UNTIL_CORRECTED
-    yield "NO_EVENT", "an event before initialization or after the end is refused"
-    yield "MUST_STOP", "the simulation must stop: {}"
-    yield "MASS_RATIO", refusals.mass_ratio(_HOLE, _HOLE)
-    yield "DAMPING_RATIO", refusals.damping_ratio(_HOLE, _HOLE)
-    for name in ("exponent", "restitution_at_rest"):
-        yield f"{name.upper()}_WITH_LAW_1", refusals.of_other_laws(1, name, _HOLE)
-    yield "TOUCH", relative.refused_touch(*[_HOLE] * 5)
-    yield "UNDECIDED", integrated.UNDECIDED
-    yield "TOO_MANY_PANELS", integrated.TOO_MANY_PANELS
-    yield "NO_NUMBERS", ode.NO_NUMBERS
-    yield "NOT_FINITE", integrated.NOT_FINITE
-    yield "TOO_MANY_EXTREMA", linear.TOO_MANY_EXTREMA
-    yield "LARGE_PUSH", rejected("club_force", _HOLE, law.LARGE_PUSH, " N")
-    yield "LARGE_PUSH_OF_POWER_LAW", rejected("club_force", _HOLE, relative.LARGE_PUSH, " N")
-    not_computable = component.not_computed(ArithmeticError("{}"))
-    yield "NOT_COMPUTABLE", not_computable
-    yield "CHANGE_REFUSED", component.CHANGE_REFUSED.format(_HOLE, _HOLE, not_computable)
-    yield "FORCE_REFUSED", rejected("club_force", _HOLE, "{}", " N")
+def _sentences() -> Iterator[tuple[str, str]]:
+    """Reasons, and the templates of their sentences."""
+    for rule in refusals.RULES:
+        if rule == "OUT_OF_RANGE":
+            yield rule, '""'  # of every variable, see the table
+        elif rule == "OF_OTHER_LAWS":
+            for name in ("exponent", "restitution_at_rest"):
+                words = conflicts.of_other_laws(1, name)
+                yield f"{name.upper()}_WITH_LAW_1", _template(rule, name=name, **words)
+        else:
+            yield rule, _template(rule, **_KNOWN.get(rule, {}))
+
+
+def _template(rule: str, **known: Any) -> str:
+    """A rule's sentence as C has it: these words filled in, a code in place of each other one."""
+    text = ""
+    for literal, field, spec, conversion in Formatter().parse(
+        ": ".join(filter(None, refusals.RULES[rule]))
+    ):
+        text += literal
+        if field in known:
+            text += format(known[field], spec or "")
+        elif field is not None:
+            text += _WORDS.get(field, "%r" if conversion == "r" else f"%{spec}")
+    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'

@@ -60,7 +60,7 @@ class {model}(CompanionAdapter):
 #: What every companion needs of golf_physics.
 _SHARED = (
     "companions/companion", "companions/__init__", "numerics/events", "numerics/__init__",
-    "codec", "modes", "values", "variables",
+    "codec", "modes", "refusals", "values", "variables",
 )  # fmt: skip
 
 

@@ -9,7 +9,8 @@ from collections.abc import Callable, Iterable, Mapping
 from math import isfinite, nan
 from typing import Any
 
-from .values import DiscardedStep, Refusal, rejected
+from .refusals import refusal
+from .values import DiscardedStep, Refusal
 from .variables import Variable
 
 #: Modes of an instance, in the order in which a host passes through them. Start refused:
@@ -28,22 +29,6 @@ LARGEST_TIME = 1e100
 
 #: Illegal calls that are named when the next step is refused: the last ones.
 _MOST_ILLEGAL = 8
-
-# Sentences, with {} in place of names and numbers.
-LATE_SET_UP = "set-up after initialization has begun is refused"
-START_TIME = "it must be a finite number"
-ENTERED_TWICE = "a second initialization is refused: reset the instance first"
-NOT_ENTERED = "the end of an initialization that wasn't entered is refused"
-NOT_SETTABLE = "{} is no {} input or parameter: it can't be set"
-NOT_READABLE = "{} is no {} variable: it can't be read as one"
-NO_VARIABLE = "value reference {}"
-SET_AFTER_END = "{} can't be set after the end of the run"
-FIXED = "a parameter is fixed once initialization has ended (at {!r})"
-STEP_SIZE = "it must be > 0 and finite"
-STEP_AFTER_END = "a step after the end of the run is refused: reset the instance first"
-STEP_BEFORE_START = "a step before the end of initialization is refused"
-UNTIL_CORRECTED = "steps are refused until this is corrected: {}"
-POINT_JUMPS = "the last step ended at {!r} s, and no state has been restored since"
 
 
 class FmiComponent:
@@ -70,9 +55,9 @@ class FmiComponent:
     def set_up(self, start_time: float) -> None:
         """The host's time at the start, s."""
         if self._mode != INSTANTIATED:
-            self._refuse_call(LATE_SET_UP)
+            self._refuse_call("LATE_SET_UP")
         elif not isfinite(start_time):
-            self._refuse(rejected("start time", start_time, START_TIME, " s"))
+            self._refuse(refusal("START_TIME", "start time", start_time))
         else:
             self._corrected("start time")
             self._set_start_time(start_time)
@@ -85,7 +70,7 @@ class FmiComponent:
         if self._mode == INSTANTIATED:
             self._mode = INITIALIZATION
         else:
-            self._refuse_call(ENTERED_TWICE)
+            self._refuse_call("ENTERED_TWICE")
 
     def exit_initialization(self) -> bool:
         """Fix the parameters, as soon as they can be used.
@@ -93,7 +78,7 @@ class FmiComponent:
         Returns whether all start values can be used; if not, steps are refused until they can.
         """
         if self._mode != INITIALIZATION:
-            self._refuse_call(NOT_ENTERED)
+            self._refuse_call("NOT_ENTERED")
             return True
         self._mode = START_REFUSED
         problem = self._start()
@@ -126,9 +111,9 @@ class FmiComponent:
         """The input or parameter that may be set to this value; None: it is refused."""
         row = self._rows.get((type_, reference))
         if row is None or row.causality not in ("input", "parameter"):
-            self._refuse_call(NOT_SETTABLE.format(self._name_of(reference), type_))
+            self._refuse_call("NOT_SETTABLE", name=self._name_of(reference), type=type_)
         elif self._mode == TERMINATED:
-            self._refuse_call(SET_AFTER_END.format(row.name), row.name, value)
+            self._refuse_call("SET_AFTER_END", row.name, value)
         elif not row.low <= value <= row.high:
             self._refuse(out_of_range(row, value))
         elif (
@@ -136,7 +121,7 @@ class FmiComponent:
             and self._mode == STEPPING
             and value != (now := self._value(row))
         ):
-            self._refuse(rejected(row.name, value, FIXED.format(now)))
+            self._refuse(refusal("FIXED", row.name, value, now=now))
         else:
             self._corrected(row.name)
             return row
@@ -148,27 +133,27 @@ class FmiComponent:
 
     def _name_of(self, reference: int) -> str:
         names = (row.name for row in self._rows.values() if row.reference == reference)
-        return next(names, NO_VARIABLE.format(reference))
+        return next(names, f"value reference {reference}")
 
     def unknown(self, reference: int, type_: str) -> float:
         """For a value reference that no variable of this type has."""
-        self._refuse_call(NOT_READABLE.format(self._name_of(reference), type_))
+        self._refuse_call("NOT_READABLE", name=self._name_of(reference), type=type_)
         return nan if type_ == "Real" else 0
 
-    def _refuse(self, refusal: Refusal) -> None:
-        self._refused = {**self._refused, refusal.variable: refusal}
+    def _refuse(self, problem: Refusal) -> None:
+        self._refused = {**self._refused, problem.variable: problem}
         self._size = nan
-        self._report(refusal)
+        self._report(problem)
 
     def _corrected(self, name: str) -> None:
         if name in self._refused:
             self._refused = {other: one for other, one in self._refused.items() if other != name}
 
-    def _refuse_call(self, sentence: str, name: str = "", value: Any = None) -> None:
-        refusal = Refusal(sentence, name, value, sentence)
-        self._illegal = (*self._illegal, refusal)[-_MOST_ILLEGAL:]
+    def _refuse_call(self, rule: str, variable: str = "", value: Any = None, **words: Any) -> None:
+        problem = refusal(rule, variable, value, **words)
+        self._illegal = (*self._illegal, problem)[-_MOST_ILLEGAL:]
         self._size = nan
-        self._report(refusal)
+        self._report(problem)
 
     def _discard(self, problem: Refusal) -> bool:
         """Report why a step isn't made; returns False."""
@@ -179,23 +164,21 @@ class FmiComponent:
     def _why_not(self, point: float, size: float) -> Refusal | None:
         """Why a step isn't taken, whatever it leads to; or None."""
         if not 0.0 < size <= LARGEST_TIME:
-            refusal = rejected("communication step size", size, STEP_SIZE, " s")
-            return refusal._replace(variable="")
+            return refusal("STEP_SIZE", value=size)
         if self._mode != STEPPING or self._refused or self._illegal:
             if self._mode == TERMINATED:
-                return Refusal(STEP_AFTER_END)
+                return refusal("STEP_AFTER_END")
             if self._mode < START_REFUSED:
-                return Refusal(STEP_BEFORE_START)
+                return refusal("STEP_BEFORE_START")
             problem = self._start() if self._mode == START_REFUSED else None
             problem = problem or self._take_refusals()
             if problem is not None:
-                return problem._replace(sentence=UNTIL_CORRECTED.format(problem))
+                return problem._replace(sentence=refusal("UNTIL_CORRECTED", why=problem).sentence)
         if point == self._point or self._goes_on(point, size):
             return None
         if self._point_is_free and abs(point) <= LARGEST_TIME:
             return None
-        why = POINT_JUMPS.format(self._point)
-        return rejected("communication point", point, why, " s")._replace(variable="")
+        return refusal("POINT_JUMPS", value=point, point=self._point)
 
     def _goes_on(self, point: float, size: float) -> bool:
         """Whether a step begins where the last one ended, within the host's rounding errors."""
@@ -213,11 +196,16 @@ class FmiComponent:
 
 def out_of_range(variable: Variable, value: Any) -> Refusal:
     """Why this value of an input or parameter isn't accepted."""
+    return refusal("OUT_OF_RANGE", variable.name, value, **words_on_range(variable))
+
+
+def words_on_range(variable: Variable) -> dict[str, str]:
+    """The unit and the range as a sentence has them."""
     unit = f" {variable.unit}" if variable.unit not in ("", "1") else ""
     allowed = variable.allowed
     if variable.type != "Enumeration":
         allowed = f"between {variable.low:g} and {variable.high:g}"
-    return rejected(variable.name, value, f"it must be {allowed}", unit)
+    return {"unit": unit, "allowed": allowed}
 
 
 def together(refusals: Iterable[Refusal]) -> Refusal | None:

@@ -71,21 +71,20 @@ static void evaluate_solution(Component *c) { (void)c; }
 
 /* REFUSALS */
 
-/* Report refusals together, in a sentence about them. */
-static void report(const Component *c, const Refusal refusals[], int count, const char *sentence)
+/* Report refusals together; with a reason, in its sentence about them. */
+static void report(const Component *c, const Refusal refusals[], int count, Reason about)
 {
     char listed[SENTENCE_SIZE] = "", whole[SENTENCE_SIZE] = "";
     Text list = {listed, listed + sizeof listed - 1}, text = {whole, whole + sizeof whole - 1};
-    const char *words[] = {listed};
     for (int n = 0; n < count; n++) {
         if (n) put(&list, "; ");
         put_refusal(&list, &refusals[n]);
     }
-    put_sentence(&text, sentence, words);
+    put_sentence(&text, about ? SENTENCES[about] : "%s", NULL, NULL, listed);
     if (c->report) c->report(c->context, whole);
 }
 
-static void report_one(const Component *c, Refusal refusal) { report(c, &refusal, 1, "%s"); }
+static void report_one(const Component *c, Refusal refusal) { report(c, &refusal, 1, FINE); }
 
 static int place_of_refusal(const Component *c, int place)
 {
@@ -123,24 +122,6 @@ static void refuse_call(Component *c, Refusal refusal)
     report_one(c, refusal);
 }
 
-/* TRAPS
-
-   In a host that traps floating-point exceptions none may occur. Far outside ordinary values they do,
-   harmlessly: then the host's floating-point environment is held, which takes as long as a step. */
-
-typedef struct {
-    int is_held;
-    fenv_t environment;
-} Host;
-
-static int is_moderate(double x) { return !x || (1e-30 < fabs(x) && fabs(x) < 1e30); }
-
-static int are_ordinary(Inputs inputs)
-{
-    return 1e-6 < inputs.k && inputs.k < 1e30 && inputs.b < 1e6 && is_moderate(inputs.club_speed)
-           && is_moderate(inputs.club_force);
-}
-
 static Inputs inputs_of(const double values[])
 {
     return (Inputs){values[0], values[1], values[2], values[3]};
@@ -151,23 +132,6 @@ static Parameters parameters_of(const double values[])
     Parameters p;
     memcpy(&p, values + INPUTS, sizeof p);
     return p;
-}
-
-static Host hold(const Component *c)
-{
-    Host host;
-    Parameters p = parameters_of(c->is.values);
-    host.is_held = !(are_ordinary(inputs_of(c->is.values)) && are_ordinary(c->is.inputs)
-                     && 1e-6 < p.m_club && p.m_club < 1e6 && 1e-6 < p.m_ball && p.m_ball < 1e6
-                     && p.gap < 1e30 && is_moderate(p.ball_speed) && p.exponent == 1.0
-                     && is_moderate(c->is.impact.touch.club_speed));
-    if (host.is_held) feholdexcept(&host.environment);
-    return host;
-}
-
-static void release(const Host *host)
-{
-    if (host->is_held) fesetenv(&host->environment);
 }
 
 /* INITIALIZATION */
@@ -281,11 +245,9 @@ static int component_exit_initialization(Component *c)
         return 0;
     }
     c->is.mode = START_REFUSED;
-    Host host = hold(c);
     int count = start_run(c, list);
-    release(&host);
     /* A refused value has been reported when it was set. */
-    if (count && !refused_parameters(c, list)) report(c, list, count, "%s");
+    if (count && !refused_parameters(c, list)) report(c, list, count, FINE);
     return !count && !c->is.refused_count;
 }
 
@@ -351,7 +313,7 @@ static int may_step(Component *c)
         return 0;
     }
     if (!count) count = take_refusals(c, list);
-    if (count) report(c, list, count, SENTENCES[UNTIL_CORRECTED]);
+    if (count) report(c, list, count, UNTIL_CORRECTED);
     return !count;
 }
 
@@ -456,14 +418,10 @@ static int check_step(Component *c, double point, double size)
    accepted; if not, a message says why, and nothing has changed. */
 static int component_step(Component *c, double point, double size)
 {
-    Host host;
-    int is_accepted;
     if (size == c->size && (point == c->is.point || goes_on(&c->is, point, size))) {
         c->is.count += 1.0;
     } else {
-        host = hold(c);
-        is_accepted = check_step(c, point, size);
-        release(&host);
+        int is_accepted = check_step(c, point, size);
         c->size = is_accepted && !c->check_every_step ? size : NAN;
         if (!is_accepted) return 0;
         c->point_is_free = 0;
@@ -524,7 +482,9 @@ static State contact_state(const Component *c, Impact *i)
     double scaled_time = scale * offset + (is->count - first) * (scale * is->last_step);
     State s = contact_dense(&i->contact, scaled_time);
     double t = elapsed(i, instant_now(c));
-    if (!t || s.force < 0.0 || s.compression < 0.0) clamp_state(i, &is->parameters, &s, t);
+    /* Quiet of NaN: of a contact that can't be computed. */
+    if (!t || isless(s.force, 0.0) || isless(s.compression, 0.0))
+        clamp_state(i, &is->parameters, &s, t);
     s.x_club += i->touch.x_ball;
     s.x_ball += i->touch.x_ball;
     return s;

@@ -50,10 +50,8 @@ static int component_update(Component *c, int *must_stop, int *is_known, double 
     Events events;
     *must_stop = *is_known = 0;
     if (c->is.is_solved || c->is.mode != STEPPING) return update_solution(c, must_stop);
-    Host host = hold(c);
     begin_events(c, c->is.point, &events);
     *is_known = next_event(c, &events, when);
-    release(&host);
     return 1;
 }
 
@@ -67,7 +65,6 @@ static int component_step_to_event(Component *c, double point, double size, int 
     double end = is_sum ? point + size : point, when;
     Refusal list[SETTABLE + 1];
     Events events;
-    Host host = hold(c);
     *is_event = 0;
     *reached = end;
     /* Start values may have been corrected since initialization ended. */
@@ -82,6 +79,5 @@ static int component_step_to_event(Component *c, double point, double size, int 
             break;
         }
     }
-    release(&host);
     return component_step(c, point, size);
 }

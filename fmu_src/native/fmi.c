@@ -60,12 +60,10 @@ FMI(Status) FMI(Reset)(void *c)
         int is_legal = 1;                                                                           \
         double value;                                                                               \
         if (!HAS_ARRAYS) return FMI(Error);                                                         \
-        Host host = hold(COMPONENT(c));                                                             \
         for (size_t n = 0; n < count; n++) {                                                        \
             is_legal &= component_get(COMPONENT(c), references[n], of, &value);                     \
             values[n] = (type)value;                                                                \
         }                                                                                           \
-        release(&host);                                                                             \
         int is_failed = has_read_failed(COMPONENT(c));                                              \
         for (size_t n = 0; is_failed && n < count; n++) values[n] = (type)(of == REAL ? NAN : 0.0); \
         return status_of(is_legal);                                                                 \

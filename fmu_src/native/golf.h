@@ -17,7 +17,6 @@
 #error "compile with /fp:precise, not /fp:fast: results would be wrong"
 #endif
 
-#include <fenv.h>
 #include <math.h>
 #include <stddef.h>
 #include <stdint.h>

@@ -91,12 +91,14 @@ typedef enum { CO_SIMULATION, MODEL_EXCHANGE, ANOTHER } Kind;
 /* Why no instance is made of this kind, with this GUID or token; empty if it is. */
 static void refuse_instance(Text *t, Kind kind, const char *token)
 {
-    const char *words[] = {token ? token : "NULL", TOKEN};
     *t->end = 0;
     if (kind == ANOTHER)
         put(t, "this interface is refused: this FMU has co-simulation and Model Exchange");
-    else if (!token || strcmp(token, TOKEN))
-        put_sentence(t, "GUID or token = %s is refused: this FMU has %s", words);
+    else if (!token || strcmp(token, TOKEN)) {
+        put(t, "GUID or token = ");
+        put(t, token ? token : "NULL");
+        put(t, " is refused: this FMU has " TOKEN);
+    }
 }
 
 /* An instance; NULL, and a message, if there is none. */

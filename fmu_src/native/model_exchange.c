@@ -230,7 +230,7 @@ static int update_solution(Component *c, int *must_stop)
         list[0] = handle_event(c);
         count = list[0].reason != FINE;
     }
-    if (count) report(c, list, count, SENTENCES[MUST_STOP]);
+    if (count) report(c, list, count, MUST_STOP);
     *must_stop = count > 0;
     return 1;
 }

@@ -34,10 +34,6 @@
    two values loses digits. */
 #define SHORT_OF_PANEL 1e-2
 
-/* Beside a larger push on the club head (relative to the contact force without it) rounding errors
-   would decide whether the bodies separate. */
-#define MOST_FORCE 1e4
-
 /* So many HALVINGS lead from any double to the next one: registers of 80 bits (x87) have more numbers in
    between. */
 enum { ITERATIONS = 30, MOST_INTEGRATED = 600, PANEL_TIMES = ORDER + 2, HALVINGS = 1100 };
@@ -383,7 +379,7 @@ static int is_large_push_of_power_law(const Parameters *p, double k, double club
     double power = 0.5 * (n + 1.0) * (p->m_club * share / k) * rate * rate;
     power += pow(compression / d_r, n + 1.0);
     *contact_force = k * d_r * pow(power, n / (n + 1.0));
-    return !(share * club_force <= MOST_FORCE * *contact_force);
+    return !(share * club_force <= MOST_PUSH_OF_POWER_LAW * *contact_force);
 }
 
 static void integrated_begin(Integrated *o, const Parameters *p, Inputs inputs, Motion start)

@@ -58,6 +58,9 @@ static int about(Reason reason)
     case EXPONENT_WITH_LAW_1: return VR_exponent;
     case RESTITUTION_AT_REST_WITH_LAW_1: return VR_restitution_at_rest;
     case DAMPING_RATIO: return VR_b;
+    case TOUCH: return VR_club_speed;
+    case LARGE_PUSH:
+    case LARGE_PUSH_OF_POWER_LAW: return VR_club_force;
     default: return -1;
     }
 }

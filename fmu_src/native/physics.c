@@ -2,7 +2,7 @@
 
 #include "golf.h"
 
-#include "big.c"
+#include "text.c"
 #include "chebyshev.c"
 #include "linear.c"
 #include "power_law.c"

@@ -1,4 +1,4 @@
-/* refusals.py: which values are refused, and the sentences that say why; those of golf_physics. */
+/* Which values are refused together, and the sentences that say why: those of golf_physics/refusals.py. */
 
 /* Why a value, or a call, is refused: the place of the variable in the table (SETTABLE: the start
    time), and the numbers of the sentence. */
@@ -81,196 +81,47 @@ static Refusal refusal_of_touch(const Parameters *p, Inputs inputs)
                       coefficient}, FINE};
 }
 
-/* NUMBERS: without the C library, whose decimal point depends on the host's locale */
-
-enum { NUMBER_SIZE = 32 };
-
-/* 10^n. */
-static Big power_of_ten(int n)
-{
-    Big power = ONE, square = big(10.0);
-    for (int left = abs(n); left; left /= 2) {
-        if (left % 2) power = times(power, square);
-        square = times(square, square);
-    }
-    return n < 0 ? over(ONE, power) : power;
-}
-
-static Big big_integer(uint64_t n)
-{
-    return plus(scaled(big((double)(n >> 32)), 32), big((double)(n & 0xffffffffu)));
-}
-
-static uint64_t as_integer(Big b)
-{
-    uint64_t bits = (uint64_t)b.limbs[0] << 32 | b.limbs[1];
-    return b.sign ? bits >> (64 - b.exponent) : 0;
-}
-
-/* The digits of a number above 0, and its power of ten: 10^(count-1) <= digits < 10^count. */
-static uint64_t digits_of(double x, int count, int *power)
-{
-    *power = (int)floor(log10(x));
-    for (;;) {
-        uint64_t least = as_integer(power_of_ten(count - 1));
-        uint64_t digits = as_integer(rounded(times(big(x), power_of_ten(count - 1 - *power))));
-        if (digits >= 10 * least) ++*power;
-        else if (digits < least) --*power;
-        else return digits;
-    }
-}
-
-typedef struct {
-    char *end;
-    const char *limit;
-} Text;
-
-static void put_character(Text *t, char c)
-{
-    if (t->end < t->limit) *t->end++ = c;
-    *t->end = 0;
-}
-
-static void put(Text *t, const char *words)
-{
-    while (*words) put_character(t, *words++);
-}
-
-/* The most significant digit first, with a point before one of them (0: the first). */
-static void put_digits(Text *t, uint64_t digits, int count, int point)
-{
-    char reversed[NUMBER_SIZE];
-    for (int n = 0; n < count; n++, digits /= 10) reversed[n] = (char)('0' + digits % 10);
-    for (int n = 0; n < count; n++) {
-        if (n == point) put_character(t, '.');
-        put_character(t, reversed[count - 1 - n]);
-    }
-}
-
-static void put_integer(Text *t, double x)
-{
-    uint64_t n = (uint64_t)fabs(x);
-    int count = 1;
-    for (uint64_t rest = n; rest >= 10; rest /= 10) count++;
-    if (x < 0.0) put(t, "-");
-    put_digits(t, n, count, -1);
-}
-
-/* As Python's repr of a float, or by `general` as its format "g". */
-static void put_number(Text *t, double x, int general)
-{
-    if (isnan(x)) {
-        put(t, "nan");
-        return;
-    }
-    if (signbit(x)) put(t, "-");
-    if (isinf(x) || x == 0.0) {
-        put(t, x ? "inf" : general ? "0" : "0.0");
-        return;
-    }
-    /* The fewest digits that read back. */
-    int count = general ? 6 : 0, power;
-    uint64_t digits = 0;
-    x = fabs(x);
-    if (general) digits = digits_of(x, count, &power);
-    else do digits = digits_of(x, ++count, &power);
-        while (as_double(times(big_integer(digits), power_of_ten(power + 1 - count))) != x);
-    for (; count > 1 && digits % 10 == 0; count--) digits /= 10;
-    if (power < -4 || power >= (general ? 6 : 16)) {
-        put_digits(t, digits, count, 1);
-        put(t, power < 0 ? "e-" : "e+");
-        put_digits(t, (uint64_t)abs(power), abs(power) < 100 ? 2 : 3, -1);
-        return;
-    }
-    if (power < 0) put(t, "0.");
-    for (int n = -1; n > power; n--) put(t, "0");
-    for (; count <= power; count++) digits *= 10;
-    put_digits(t, digits, count, power < 0 ? -1 : power + 1);
-    if (count == power + 1 && !general) put(t, ".0");
-}
-
 /* SENTENCES */
 
 /* By type. */
 static const char *const TYPES[] = {"Real",  "Enumeration", "Boolean", "String", "Float32", "Int8",
                                     "UInt8", "Int16",       "UInt16",  "Int32",  "UInt32",  "UInt64"};
 
-/* A sentence with these words in place of each %s. */
-static void put_sentence(Text *t, const char *sentence, const char *const words[])
+/* The name of a variable by its value reference. */
+static void put_name(Text *t, double reference)
+{
+    int place = place_of((uint32_t)reference);
+    if (place < 0) put(t, "value reference ");
+    if (place < 0) put_number(t, reference, 15);
+    else put(t, TABLE[place].name);
+}
+
+/* A sentence of variables.h with names, words and numbers in place of its codes. */
+static void put_sentence(Text *t, const char *sentence, const Refusal *r, const double numbers[],
+                         const char *words)
 {
     for (; *sentence; sentence++) {
-        if (sentence[0] != '%' || sentence[1] != 's') {
+        if (*sentence != '%') {
             put_character(t, *sentence);
             continue;
         }
-        put(t, *words++);
-        sentence++;
+        switch (*++sentence) {
+        case 'n':
+            if (r->reason == NOT_SETTABLE || r->reason == NOT_READABLE) put_name(t, *numbers++);
+            else put(t, TABLE[r->place].name);
+            break;
+        case 't': put(t, TYPES[r->type]); break;
+        case 's': put(t, words); break;
+        default: put_number(t, *numbers++, *sentence == 'g' ? 6 : 15); break;
+        }
     }
-}
-
-/* The name of a variable by its value reference, or this. */
-static void name_of(Text *t, double reference)
-{
-    char digits[NUMBER_SIZE];
-    Text number = {digits, digits + sizeof digits - 1};
-    const char *words[] = {digits};
-    int place = place_of((uint32_t)reference);
-    if (place >= 0) {
-        put(t, TABLE[place].name);
-        return;
-    }
-    put_integer(&number, reference);
-    put_sentence(t, SENTENCES[NO_VARIABLE], words);
-}
-
-static void put_reason(Text *t, const Refusal *r)
-{
-    char texts[7][NUMBER_SIZE], name[64] = "";
-    const char *words[7] = {NULL}, *sentence = SENTENCES[r->reason];
-    for (int n = 0; n < 7; n++) {
-        Text number = {texts[n], texts[n] + NUMBER_SIZE - 1};
-        int is_general = n == 1 && (r->reason == DAMPING_RATIO || r->reason == LARGE_PUSH
-                                      || r->reason == LARGE_PUSH_OF_POWER_LAW);
-        if (r->type == ENUMERATION) put_integer(&number, r->numbers[n]);
-        else put_number(&number, r->numbers[n], is_general);
-        words[n] = texts[n];
-    }
-    Text of = {name, name + sizeof name - 1};
-    switch (r->reason) {
-    case OUT_OF_RANGE: sentence = TABLE[r->place].refused; break;
-    case FIXED:
-        words[2] = words[1];
-        words[1] = words[0];
-        words[0] = TABLE[r->place].name;
-        break;
-    case SET_AFTER_END: words[0] = TABLE[r->place].name; break;
-    case NOT_SETTABLE:
-    case NOT_READABLE:
-        name_of(&of, r->numbers[0]);
-        words[0] = name;
-        words[1] = TYPES[r->type];
-        break;
-    default: break;
-    }
-    put_sentence(t, sentence, words);
 }
 
 static void put_refusal(Text *t, const Refusal *r)
 {
-    char texts[3][1024] = {"", "", ""};
-    const char *words[3];
-    Text text[3];
-    if (!r->prevented) {
-        put_reason(t, r);
-        return;
-    }
-    for (int n = 0; n < 3; n++) {
-        text[n] = (Text){texts[n], texts[n] + sizeof texts[n] - 1};
-        words[n] = texts[n];
-    }
-    /* The numbers, as many as the sentence has, and the reason. */
-    int count = r->prevented == CHANGE_REFUSED ? 2 : r->prevented == FORCE_REFUSED ? 1 : 0;
-    for (int n = 0; n < count; n++) put_number(&text[n], r->numbers[5 + n], 0);
-    put_reason(&text[count], r);
-    put_sentence(t, SENTENCES[r->prevented], words);
+    char text[1024] = "";
+    Text why = {text, text + sizeof text - 1};
+    const char *sentence = r->reason == OUT_OF_RANGE ? TABLE[r->place].refused : SENTENCES[r->reason];
+    put_sentence(r->prevented ? &why : t, sentence, r, r->numbers, "");
+    if (r->prevented) put_sentence(t, SENTENCES[r->prevented], r, r->numbers + 5, text);
 }

@@ -30,11 +30,11 @@ static double horizon(const Parameters *p, Inputs inputs)
 {
     double closing = inputs.club_speed - p->ball_speed, n = p->exponent, d_r = p->reference_compression;
     double contact = PI * sqrt(p->m_club * (p->m_ball / (p->m_club + p->m_ball)) / inputs.k);
-    if (n > 1.0 && closing) {
+    if (n > 1.0 && fabs(closing) > SLOWEST) {
         double ratio = fabs(closing) * contact / (PI * d_r);
         contact = PI * d_r * pow(0.5 * (n + 1.0) * ratio * ratio, 1.0 / (n + 1.0)) / fabs(closing);
     }
-    double step = larger(1.0, 20.0 * contact) + (closing > 0.0 ? p->gap / closing : 0.0);
+    double step = larger(1.0, 20.0 * contact) + (closing > SLOWEST ? p->gap / closing : 0.0);
     return step < INFINITY ? step : 1.0;
 }
 
@@ -116,16 +116,13 @@ enum { IS_ACCEPTED = -1 };
 
 static int keep(Refusal why)
 {
-    uint32_t reference = (uint32_t)about(why.reason);
     *sentence = 0;
     if (!why.reason) return IS_ACCEPTED;
     solver.report = keep_report;
     report_one(&solver, why);
     solver.report = NULL;
     if (why.reason == OUT_OF_RANGE) return why.place;
-    if (why.reason == TOUCH) reference = VR_club_speed;
-    if (why.reason == LARGE_PUSH || why.prevented == FORCE_REFUSED) reference = VR_club_force;
-    int place = place_of(reference);
+    int place = why.prevented ? -1 : place_of((uint32_t)about(why.reason));
     return place < 0 ? SETTABLE : place;
 }
 

@@ -33,7 +33,7 @@ static int are_refusals(const Refusal refusals[], int count, int most)
     if (count < 0 || count > most) return 0;
     for (int n = 0; n < count; n++) {
         const Refusal *r = &refusals[n];
-        if ((int)r->reason <= FINE || r->reason > LAST_REASON || r->place < 0 || r->place > SETTABLE
+        if ((int)r->reason <= FINE || r->reason >= REASONS || r->place < 0 || r->place > SETTABLE
             || (int)r->type < 0 || r->type > UINT64 || r->prevented)
             return 0;
         if (r->place == SETTABLE && r->reason != START_TIME) return 0;

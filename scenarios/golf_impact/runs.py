@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from typing import Any, Generic, TypeVar
 
 import numpy as np
+from golf_physics.values import SLOWEST
 
 from golf_build import BY_NAME
 from golf_impact.errors import unknown_name
@@ -48,7 +49,7 @@ def horizon(values: Mapping[str, float]) -> float:
     """
     gap, club, ball = _numbers(values, "gap", "club_speed", "ball_speed")
     try:
-        approach = gap / (club - ball) if club > ball else 0.0
+        approach = gap / (club - ball) if club - ball > SLOWEST else 0.0
         step = max(HORIZON, 20.0 * half_period(values)) + approach
     except (ArithmeticError, ValueError):
         return HORIZON
@@ -61,7 +62,7 @@ def half_period(values: Mapping[str, float]) -> float:
     club, ball, d_r = _numbers(values, "club_speed", "ball_speed", "reference_compression")
     period = math.pi * math.sqrt(m_club * (m_ball / (m_club + m_ball)) / k)
     closing = abs(club - ball)
-    if not (n > 1.0 and closing > 0.0):
+    if not (n > 1.0 and closing > SLOWEST):
         return period
     # Kinetic energy μ v²/2 = k d_r^(1-n) d^(n+1)/(n+1) at the largest compression d.
     ratio = closing * period / (math.pi * d_r)

@@ -189,7 +189,7 @@ def test_a_trajectory_is_that_of_the_fmu(way_of, kind):
         *(({"points": n}, rf"points = {n} is refused: .* at least 2") for n in (1, 2.5)),
         ({"times": "soon"}, "times = 'soon' is refused"),
         ({"times": [0.0], "outputs": ["mean_force"]}, "use points"),
-        ({"times": [0.0], "k": -1.0}, r"k = -1\.0"),
+        ({"times": [0.0], "k": -1.0}, r"k = -1 "),
         ({"times": [1.0], "law": 2, "restitution_at_rest": 0.1, "restitution_slope": 1.0}, "touch"),
     ],
 )

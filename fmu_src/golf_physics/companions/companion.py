@@ -97,7 +97,7 @@ class Companion(FmiComponent):
     def restore(self, state: State | None) -> None:
         """Go back to a snapshot: the instance is then exactly as it was."""
         if state is None or tuple(state) != self._state_names:
-            self._refuse_call("a state that this FMU didn't make is refused; it has no effect")
+            self._refuse_call("FOREIGN_STATE")
             return
         for name, value in state.items():
             setattr(self, name, value)

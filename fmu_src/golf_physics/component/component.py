@@ -9,10 +9,11 @@ from math import ceil, inf, nan
 from types import MappingProxyType
 from typing import Any
 
+from ..conflicts import conflict, conflict_of_inputs
 from ..impact import RESOLUTION, Contact, Impact, advance
 from ..laws import LAWS
 from ..modes import POINT_TOLERANCE, STEPPING, FmiComponent
-from ..refusals import conflict, conflict_of_inputs
+from ..refusals import refusal
 from ..values import START, Inputs, Instant, Parameters, Refusal, State, added, new
 from ..variables import INPUTS, MOTION, SETTABLE, VARIABLES, Variable
 from .outputs import OUTPUTS, PLACES, readings
@@ -29,10 +30,6 @@ _INPUTS = {
 #: No value lies between these bounds.
 _NO_INPUT = 0, inf, -inf
 
-# Sentences, with {} in place of numbers and reasons.
-CHANGE_REFUSED = "k = {!r}, b = {!r} are refused: {}"
-FOREIGN_STATE = "a state that this component didn't make is refused; it has no effect"
-
 #: Next to touch and separation (relative) force and compression may be all rounding error.
 _CLOSE = 1e-12
 
@@ -42,9 +39,8 @@ _NO_DENSE_OUTPUT: Any = list, 0.0, 0.0, 0.0, inf, -inf
 
 def not_computed(error: Exception) -> Refusal:
     # A phase's own reason; other classes are those of Python's arithmetic.
-    if type(error) is ArithmeticError:
-        return Refusal(f"this impact can't be computed: {error}")
-    return Refusal(f"this impact leaves the range of a double ({error})")
+    rule = "NOT_COMPUTABLE" if type(error) is ArithmeticError else "BEYOND_DOUBLES"
+    return refusal(rule, why=error)
 
 
 class Component(FmiComponent):
@@ -169,8 +165,7 @@ class Component(FmiComponent):
             try:
                 impact = self._changed(inputs)
             except (ArithmeticError, ValueError) as error:
-                reason = str(not_computed(error))
-                return Refusal(CHANGE_REFUSED.format(k, b, reason), "k", k, reason)
+                return refusal("CHANGE_REFUSED", "k", k, k=k, b=b, why=not_computed(error))
         p, check_every_step = impact.parameters, False
         if impact.touch is None and (p.restitution_at_rest or club_force):
             problem = LAWS[p.law].refusal_of_touch(p, inputs)
@@ -330,7 +325,7 @@ class Component(FmiComponent):
     def restore(self, snapshot: Snapshot | None) -> None:
         """Go back to a snapshot: the instance is then exactly as it was."""
         if not isinstance(snapshot, Snapshot):
-            self._refuse_call(FOREIGN_STATE)
+            self._refuse_call("FOREIGN_STATE")
             return
         (
             values, self._mode, self._refused, self._illegal, self.start_time, self.origin,

@@ -5,19 +5,11 @@ from functools import partial
 from math import sqrt
 from types import MappingProxyType
 
-from ..values import SLOWEST, Inputs, Motion, Parameters, Refusal, rejected
+from ..refusals import MOST_PUSH, refusal
+from ..values import SLOWEST, Inputs, Motion, Parameters, Refusal
 from .contact import ContactPhase
 from .integrated import IntegratedContact
 from .linear import linear_contact
-
-#: A larger push on the club head, relative to the contact force of the spring alone, leaves few
-#: digits for the approach speed beside it.
-_MOST_PUSH = 1e6
-
-LARGE_PUSH = (
-    f"its share m_ball/(m_club + m_ball) must be at most {_MOST_PUSH:g} times the contact force "
-    "that the approach speed leads to without damping, {:g} N"
-)
 
 
 class Law:
@@ -82,9 +74,9 @@ class LinearLaw(Law):
     def refusal_of_push(self, p: Parameters, inputs: Inputs, closing: float) -> Refusal | None:
         club_force, share = inputs.club_force, p.m_ball / (p.m_club + p.m_ball)
         contact_force = sqrt(inputs.k * p.m_club * share) * closing
-        if share * abs(club_force) <= _MOST_PUSH * contact_force:
+        if share * abs(club_force) <= MOST_PUSH * contact_force:
             return None
-        return rejected("club_force", club_force, LARGE_PUSH.format(contact_force), " N")
+        return refusal("LARGE_PUSH", "club_force", club_force, contact_force=contact_force)
 
     def force(self, p: Parameters, k: float, b: float, compression: float, closing: float) -> float:
         return k * compression + self.damper(b) * closing

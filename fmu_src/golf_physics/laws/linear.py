@@ -22,6 +22,7 @@ from math import atan2, cos, exp, expm1, floor, frexp, inf, log, log1p, pi, sin,
 from typing import NamedTuple
 
 from ..numerics.gauss import integral
+from ..refusals import failure
 from ..values import Motion, State
 from .contact import ROUNDING, ContactPhase
 
@@ -55,12 +56,6 @@ _FEW, _MORE, _MOST = 4, 45, 2000
 
 #: No search for a zero needs so many steps.
 _STEPS = range(200)
-
-#: Why a contact isn't computed, with {} in place of the time.
-TOO_MANY_EXTREMA = (
-    f"after {_MOST} extrema of the contact force, at {{!r}} s, the force on the club head "
-    "neither keeps the bodies together nor parts them"
-)
 
 
 def linear_contact(
@@ -536,7 +531,7 @@ class LinearContact(ContactPhase):
                 if modes.is_settled(row, high):
                     return
                 if count == _MOST:
-                    raise ArithmeticError(TOO_MANY_EXTREMA.format(high / self._omega))
+                    raise failure("TOO_MANY_EXTREMA", most=_MOST, time=high / self._omega)
             low = high
 
 

@@ -13,34 +13,13 @@ arccos ζ/√(1-ζ²), or arccosh ζ/√(ζ²-1) above critical damping. So ζ i
 from math import inf, sqrt
 from types import MappingProxyType
 
+from ..refusals import MOST_PUSH_OF_POWER_LAW, refusal
 from ..restitution import LEAST, damping_ratio
-from ..values import SLOWEST, Inputs, Motion, Parameters, Refusal, rejected
+from ..values import SLOWEST, Inputs, Motion, Parameters, Refusal
 from .contact import ContactPhase
 from .law import Law, LinearLaw
 from .linear import linear_contact
 from .power_law import PowerLawContact
-
-#: Beside a larger push on the club head (relative to the contact force without it) rounding errors
-#: would decide whether the bodies separate.
-_MOST_FORCE = 1e4
-
-LARGE_PUSH = (
-    f"its share m_ball/(m_club + m_ball) must be at most {_MOST_FORCE:g} times the contact force "
-    "that the motion leads to, {:g} N"
-)
-
-
-def refused_touch(
-    club_speed: float, at_rest: float, slope: float, closing: float, coefficient: float
-) -> Refusal:
-    """Why a touch is rejected that has this coefficient of restitution."""
-    reason = (
-        "restitution_at_rest - restitution_slope * approach speed = "
-        f"{at_rest!r} - {slope!r} * {closing!r} = {coefficient!r} must be between {LEAST:g} and 1; "
-        "set a lower club_speed, or another restitution line at the start"
-    )
-    sentence = f"club_speed = {club_speed!r} m/s is refused at touch: {reason}"
-    return Refusal(sentence, "club_speed", club_speed, reason)
 
 
 def _refusal_of_force(
@@ -56,9 +35,10 @@ def _refusal_of_force(
     power = 0.5 * (n + 1.0) * (p.m_club * share / k) * rate * rate
     power += (compression / length) ** (n + 1.0)
     contact_force = k * length * power ** (n / (n + 1.0))
-    if share * club_force <= _MOST_FORCE * contact_force:
+    if share * club_force <= MOST_PUSH_OF_POWER_LAW * contact_force:
         return None
-    return rejected("club_force", club_force, LARGE_PUSH.format(contact_force), " N")
+    words = {"contact_force": contact_force}
+    return refusal("LARGE_PUSH_OF_POWER_LAW", "club_force", club_force, **words)
 
 
 class RelativeLaw(LinearLaw):
@@ -77,8 +57,10 @@ class RelativeLaw(LinearLaw):
             if p.exponent == 1.0:
                 return self.refusal_of_push(p, inputs, closing)
             return _refusal_of_force(p, k, club_force, 0.0, closing)
-        line = p.restitution_at_rest, p.restitution_slope
-        return refused_touch(club_speed, *line, closing, coefficient)
+        return refusal(
+            "TOUCH", "club_speed", club_speed, at_rest=p.restitution_at_rest,
+            slope=p.restitution_slope, closing=closing, coefficient=coefficient, least=LEAST,
+        )  # fmt: skip
 
     def refusal_of_push(self, p: Parameters, inputs: Inputs, closing: float) -> Refusal | None:
         # With an exponent, `contact` checks it against the present motion.
@@ -99,9 +81,9 @@ class RelativeLaw(LinearLaw):
             return linear_contact(k, b, 0.0, p.m_club, p.m_ball, start, club_force)
         if not club_force:
             return PowerLawContact(p, k, b, start)
-        refusal = _refusal_of_force(p, k, club_force, start.compression, start.closing)
-        if refusal is not None:
-            raise ArithmeticError(refusal.sentence)
+        problem = _refusal_of_force(p, k, club_force, start.compression, start.closing)
+        if problem is not None:
+            raise ArithmeticError(problem.sentence)
         # In the scaled time it is a power of x, without a closed form.
         return Law.contact(self, p, inputs, start)
 

@@ -3,7 +3,7 @@
 Times are those of the panel; between neighbours a function has at most one extremum.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import pairwise
 
 Function = Callable[[float], float]
@@ -34,7 +34,7 @@ def maxima(slope: Function, times: Sequence[float]) -> Iterator[float]:
             yield bisect(slope, low, high)
 
 
-def first_fall(f: Function, slope: Function, times: Sequence[float]) -> float | None:
+def first_fall(f: Function, slope: Function, times: Iterable[float]) -> float | None:
     """When a function first falls to 0, which it may be at the first of the times; None: never."""
     for low, high in pairwise(times):
         if f(high) > 0.0:

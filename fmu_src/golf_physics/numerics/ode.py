@@ -13,6 +13,7 @@ from collections.abc import Callable, Sequence
 from operator import sub
 from typing import NamedTuple
 
+from ..refusals import failure
 from .chebyshev import INTEGRALS, NODES, ORDER, Series, dot, evaluate, integrate, interpolate
 
 #: What a panel may leave out, and an iteration still change, relative to the scales.
@@ -20,9 +21,6 @@ _TOLERANCE = 1e-14
 
 #: Iterations on a panel before it is halved.
 _ITERATIONS = 30
-
-#: Why there is no solution, with {} in place of the time.
-NO_NUMBERS = "the solution has no numbers after t = {!r} s"
 
 #: Relative to the time and the width tried first: a panel so short is accepted, since f jumps.
 _SHORTEST = 1e-15
@@ -126,4 +124,4 @@ def _slopes(
             converged = converged and max(map(abs, map(sub, nodes[i], before))) <= most
         if converged:
             return slopes
-    raise ArithmeticError(NO_NUMBERS.format(t))
+    raise failure("NO_NUMBERS", time=t)

@@ -6,6 +6,8 @@ class Refused extends Error {
 const energyOf = (mass, speed) => 0.5 * mass * speed * speed
 // Communication points before touch, in contact, after it; the number of values over which S and COR are drawn.
 const BEFORE = 8, WITHIN = 100, AFTER = 16, SWEPT = 25
+// Bodies that approach no faster, m/s, don't touch.
+const SLOWEST = 1e-30
 
 class Physics {
   constructor(wasm, facts) {
@@ -42,7 +44,7 @@ class Physics {
   // The contact time without damping, s; an estimate if the exponent isn't 1.
   halfPeriod({m_club, m_ball, k, exponent: n, club_speed, ball_speed, reference_compression: d_r}) {
     const period = Math.PI * Math.sqrt(1 / (1 / m_club + 1 / m_ball) / k), closing = Math.abs(club_speed - ball_speed)
-    if (!(n > 1 && closing > 0)) return period
+    if (!(n > 1 && closing > SLOWEST)) return period
     const ratio = closing * period / (Math.PI * d_r)
     return Math.PI * d_r * (0.5 * (n + 1) * ratio * ratio) ** (1 / (n + 1)) / closing
   }
@@ -50,7 +52,7 @@ class Physics {
   // A communication step, s, within which the bodies touch and separate, if they ever do.
   horizon(values) {
     const {gap, club_speed, ball_speed} = values
-    const step = Math.max(1, 20 * this.halfPeriod(values)) + (club_speed > ball_speed ? gap / (club_speed - ball_speed) : 0)
+    const step = Math.max(1, 20 * this.halfPeriod(values)) + (club_speed - ball_speed > SLOWEST ? gap / (club_speed - ball_speed) : 0)
     return step > 0 && step < Infinity ? step : 1
   }
 
