@@ -474,11 +474,11 @@ class LinearContact(ContactPhase):
         w_row = w, drive - d + (of_w - b) * w, forced - x * g - y * first, 0.0
         rise = delta * w + (a - gamma) * mean + q * push
         bend = (1.0 - y + x * rest) * mean - delta * (d + x * w) + (delta - q * rest) * push
-        rows = {"force": d_row, "d": d_row, "w": w_row, "mean": (mean, rise, bend, q * push)}
+        force = d_row
         if not self._has_drag:
             slope = push - d - b * w
-            rows["force"] = d + (a + b) * w, b * slope + c * w + a * push, push, 0.0
-        return rows
+            force = d + (a + b) * w, b * slope + c * w + a * push, push, 0.0
+        return {"force": force, "d": d_row, "w": w_row, "mean": (mean, rise, bend, q * push)}
 
     def state(self, t: float) -> State:
         start, p, omega, rows = self._start, self._p, self._omega, self._rows
