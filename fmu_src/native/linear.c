@@ -244,10 +244,10 @@ static double sum_of(Row row, Row basis)
 /* Velocities of club and ball when contact ends. */
 static void underdamped_end_velocities(const Underdamped *o, double *v_club, double *v_ball)
 {
-    Row basis = underdamped_basis(o, o->duration);
+    Row b = underdamped_basis(o, o->duration), club = o->v_club, ball = o->v_ball;
     double gained = o->acceleration * o->duration;
-    *v_club = sum_of(o->v_club, basis) + gained;
-    *v_ball = sum_of(o->v_ball, basis) + gained;
+    *v_club = club.a * b.a + club.c * b.c + club.s * b.s + gained;
+    *v_ball = ball.a * b.a + ball.c * b.c + ball.s * b.s + gained;
 }
 
 static double underdamped_at(const Underdamped *o, Row row, double t)

@@ -202,9 +202,10 @@ class UnderdampedContact(ContactPhase):
         return dense(scale * t)
 
     def end_velocities(self) -> tuple[float, float]:
-        t = self.duration
-        basis, gained = self._basis(t), self._acceleration * t
-        return _sum(self._v_club, basis) + gained, _sum(self._v_ball, basis) + gained
+        (a_1, c_1, s_1), (a_2, c_2, s_2) = self._v_club, self._v_ball
+        e, c, s = self._basis(self.duration)
+        gained = self._acceleration * self.duration
+        return a_1 * e + c_1 * c + s_1 * s + gained, a_2 * e + c_2 * c + s_2 * s + gained
 
     def end(self) -> Motion:
         v_club, v_ball = self.end_velocities()
