@@ -244,10 +244,10 @@ static double sum_of(Row row, Row basis)
 /* Velocities of club and ball when contact ends. */
 static void underdamped_end_velocities(const Underdamped *o, double *v_club, double *v_ball)
 {
-    Row basis = underdamped_basis(o, o->duration);
+    Row b = underdamped_basis(o, o->duration), club = o->v_club, ball = o->v_ball;
     double gained = o->acceleration * o->duration;
-    *v_club = sum_of(o->v_club, basis) + gained;
-    *v_ball = sum_of(o->v_ball, basis) + gained;
+    *v_club = club.a * b.a + club.c * b.c + club.s * b.s + gained;
+    *v_ball = ball.a * b.a + ball.c * b.c + ball.s * b.s + gained;
 }
 
 static double underdamped_at(const Underdamped *o, Row row, double t)
@@ -393,10 +393,9 @@ static Newton functions_at(const Modes *m, double t)
     return (Newton){c, s, g, h, k};
 }
 
-/* The integrals of the four functions. */
-static Newton integrals_at(const Modes *m, double t)
+/* The integrals of the four functions f, which are those at t. */
+static Newton integrals_of(const Modes *m, double t, Newton f)
 {
-    Newton f = functions_at(m, t);
     if (m->real_first) return (Newton){-expm1(-m->r * t) / m->r, f.g + m->trail * f.j, f.j, f.k, 0.0};
     double of_s = f.g + m->r * f.j;
     return (Newton){f.s + m->trail * of_s, of_s, f.j, f.k, 0.0};
@@ -556,7 +555,7 @@ static int next_zero(Failure *failure, Zeros *z, double *when, int *falls)
 
 typedef struct {
     double duration, rate; /* s, 1/s */
-    double p, q, omega, scale, push, gamma, beta, kappa, forced, mean;
+    double p, q, omega, scale, push, gamma, beta, kappa, forced;
     int has_drag;
     Motion start;
     Modes modes;
@@ -569,13 +568,6 @@ static void set_rows(LinearContact *o, double d, double w, double mean)
 {
     Nodes n = nodes_of(&o->modes);
     double a = n.a, b = n.b, c = n.c, x = n.x, y = n.y, push = o->push, q = o->q, gamma = o->gamma;
-    if (!o->has_drag) {
-        double bend = push - d - b * w;
-        o->force = (Newton){d + (a + b) * w, b * bend + c * w + a * push, push, 0.0, 0.0};
-        o->d = (Newton){d, w + a * d, push, 0.0, 0.0};
-        o->w = (Newton){w, bend, 0.0, 0.0, 0.0};
-        return;
-    }
     double rest = gamma - a - b, delta = o->p * q * o->beta, drive = o->beta * mean + push;
     double of_d = o->kappa, of_w = o->kappa * x;
     if (o->modes.real_first) {
@@ -588,6 +580,9 @@ static void set_rows(LinearContact *o, double d, double w, double mean)
     double rise = delta * w + (a - gamma) * mean + q * push;
     double bend = (1.0 - y + x * rest) * mean - delta * (d + x * w) + (delta - q * rest) * push;
     o->v = (Newton){mean, rise, bend, q * push, 0.0};
+    if (o->has_drag) return;
+    double slope = push - d - b * w;
+    o->force = (Newton){d + (a + b) * w, b * slope + c * w + a * push, push, 0.0, 0.0};
 }
 
 static Modes sorted_modes(double r, double slow, double fast)
@@ -635,8 +630,8 @@ static void linear_begin(LinearContact *o, Linear given)
         if (least != r) o->kappa = (slow - least) * (fast - least);
     }
     o->rate = fastest_of(&o->modes) * omega;
-    o->mean = q * given.start.v_club + p * given.start.v_ball;
-    set_rows(o, omega * given.start.compression, given.start.closing, o->mean);
+    double mean = q * given.start.v_club + p * given.start.v_ball;
+    set_rows(o, omega * given.start.compression, given.start.closing, mean);
     Zeros zeros, of_slope;
     double t;
     int falls = 0;
@@ -655,22 +650,13 @@ static double linear_value(const LinearContact *o, Quantity quantity, double t)
     return 1.0 / o->omega * row_at(&o->modes, o->d, t);
 }
 
-/* D, w and V. */
-static void motion_at(const LinearContact *o, double t, double *d, double *w, double *mean)
-{
-    Newton functions = functions_at(&o->modes, t);
-    *d = total_of(o->d, functions);
-    *w = total_of(o->w, functions);
-    *mean = o->has_drag ? total_of(o->v, functions) : o->mean + o->q * o->push * t;
-}
-
 static State linear_state(const LinearContact *o, double t)
 {
-    double force = linear_value(o, FORCE, t), d, w, mean;
     t *= o->omega;
-    motion_at(o, t, &d, &w, &mean);
-    double moved = 0.5 * (o->mean + mean) * t;
-    if (o->has_drag) moved = total_of(o->v, integrals_at(&o->modes, t));
+    Newton functions = functions_at(&o->modes, t);
+    double d = total_of(o->d, functions), w = total_of(o->w, functions);
+    double mean = total_of(o->v, functions), force = o->scale * total_of(o->force, functions);
+    double moved = total_of(o->v, integrals_of(&o->modes, t, functions));
     double x = o->start.x_club - o->p * o->start.compression + (moved + o->p * d) / o->omega;
     d /= o->omega;
     return (State){force, x, x - d, mean + o->p * w, mean - o->q * w, d};
@@ -682,10 +668,11 @@ static double linear_impulse(const LinearContact *o, double begin, double width)
 {
     if (width * o->rate <= SHORT) return integral(linear_force, o, begin + width, width);
     LinearContact later = *o;
-    double d, w, mean;
-    motion_at(o, o->omega * begin, &d, &w, &mean);
-    set_rows(&later, d, w, mean);
-    return o->scale / o->omega * total_of(later.force, integrals_at(&o->modes, o->omega * width));
+    Newton functions = functions_at(&o->modes, o->omega * begin);
+    set_rows(&later, total_of(o->d, functions), total_of(o->w, functions), total_of(o->v, functions));
+    width *= o->omega;
+    Newton integrals = integrals_of(&o->modes, width, functions_at(&o->modes, width));
+    return o->scale / o->omega * total_of(later.force, integrals);
 }
 
 /* When a quantity has maxima inside the phase, in order; returns how many. */

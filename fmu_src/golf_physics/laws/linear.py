@@ -197,9 +197,10 @@ class UnderdampedContact(ContactPhase):
         return dense(scale * t)
 
     def end_velocities(self) -> tuple[float, float]:
-        t = self.duration
-        basis, gained = self._basis(t), self._acceleration * t
-        return _sum(self._v_club, basis) + gained, _sum(self._v_ball, basis) + gained
+        (a_1, c_1, s_1), (a_2, c_2, s_2) = self._v_club, self._v_ball
+        e, c, s = self._basis(self.duration)
+        gained = self._acceleration * self.duration
+        return a_1 * e + c_1 * c + s_1 * s + gained, a_2 * e + c_2 * c + s_2 * s + gained
 
     def end(self) -> Motion:
         v_club, v_ball = self.end_velocities()
@@ -352,9 +353,9 @@ class Modes(NamedTuple):
             return exp(-r * t), n + trail * g, g, h, k
         return c, s, g, h, k
 
-    def integrals(self, t: float) -> Row:
-        """Those of the four functions."""
-        r, trail, (_, s, g, h, k) = self.r, self.trail, self.at(t)
+    def integrals(self, t: float, functions: Row) -> Row:
+        """Those of the four functions, which are `at(t)`."""
+        r, trail, (_, s, g, h, k) = self.r, self.trail, functions
         if self.real_first:
             return -expm1(-r * t) / r, g + trail * h, h, k
         of_s = g + r * h
@@ -450,8 +451,8 @@ class LinearContact(ContactPhase):
                 self._kappa = (slow - least) * (fast - least)
             self._modes = Modes(least, lead, trail, 0.5 * (lead - trail) or 1e-10 * lead, False)
         self.rate = self._modes.fastest * omega
-        self._mean = q * start.v_club + p * start.v_ball
-        self._rows = self._rows_from(omega * start.compression, start.closing, self._mean)
+        mean = q * start.v_club + p * start.v_ball
+        self._rows = self._rows_from(omega * start.compression, start.closing, mean)
         force = self._rows["force"]
         falls = (t for t, falls in self._zeros(force, _MOST if force[3] else _FEW) if falls)
         self.duration = next(falls, inf) / omega
@@ -459,10 +460,6 @@ class LinearContact(ContactPhase):
     def _rows_from(self, d: float, w: float, mean: float) -> dict[str, Row]:
         """Of force, compression, closing speed and mean velocity, from D, w and V."""
         (a, b, c, x, y), push, kappa = self._modes.nodes, self._push, self._kappa
-        if not self._has_drag:
-            bend = push - d - b * w
-            force = d + (a + b) * w, b * bend + c * w + a * push, push, 0.0
-            return {"force": force, "d": (d, w + a * d, push, 0.0), "w": (w, bend, 0.0, 0.0)}
         p, q, beta, gamma, rest = self._p, self._q, self._beta, self._gamma, self._gamma - a - b
         delta, drive, forced = p * q * beta, beta * mean + push, self._forced
         of_d, of_w = kappa, kappa * x
@@ -473,23 +470,18 @@ class LinearContact(ContactPhase):
         w_row = w, drive - d + (of_w - b) * w, forced - x * g - y * first, 0.0
         rise = delta * w + (a - gamma) * mean + q * push
         bend = (1.0 - y + x * rest) * mean - delta * (d + x * w) + (delta - q * rest) * push
-        return {"force": d_row, "d": d_row, "w": w_row, "mean": (mean, rise, bend, q * push)}
-
-    def _motion(self, t: float) -> tuple[float, float, float]:
-        """D, w and V."""
-        basis, rows = self._modes.at(t), self._rows
-        mean = self._mean + self._q * self._push * t
-        if self._has_drag:
-            mean = _total(rows["mean"], basis)
-        return _total(rows["d"], basis), _total(rows["w"], basis), mean
+        force = d_row
+        if not self._has_drag:
+            slope = push - d - b * w
+            force = d + (a + b) * w, b * slope + c * w + a * push, push, 0.0
+        return {"force": force, "d": d_row, "w": w_row, "mean": (mean, rise, bend, q * push)}
 
     def state(self, t: float) -> State:
-        force, t = self.value("force", t), self._omega * t
-        d, w, mean = self._motion(t)
-        moved = 0.5 * (self._mean + mean) * t
-        if self._has_drag:
-            moved = _total(self._rows["mean"], self._modes.integrals(t))
-        start, p, omega = self._start, self._p, self._omega
+        start, p, omega, rows = self._start, self._p, self._omega, self._rows
+        functions = self._modes.at(omega * t)
+        d, w, mean = (_total(rows[name], functions) for name in ("d", "w", "mean"))
+        force = self._scales["force"] * _total(rows["force"], functions)
+        moved = _total(rows["mean"], self._modes.integrals(omega * t, functions))
         x = start.x_club - p * start.compression + (moved + p * d) / omega
         return [force, x, x - d / omega, mean + p * w, mean - self._q * w, d / omega]
 
@@ -499,10 +491,11 @@ class LinearContact(ContactPhase):
     def impulse(self, begin: float, width: float) -> float:
         if width * self.rate <= _SHORT:
             return integral(partial(self.value, "force"), begin + width, width)
-        omega = self._omega
-        force = self._rows_from(*self._motion(omega * begin))["force"]
-        integrals = self._modes.integrals(omega * width)
-        return self._scales["force"] / omega * _total(force, integrals)
+        omega, modes, rows = self._omega, self._modes, self._rows
+        functions = modes.at(omega * begin)
+        later = self._rows_from(*(_total(rows[name], functions) for name in ("d", "w", "mean")))
+        integrals = modes.integrals(omega * width, modes.at(omega * width))
+        return self._scales["force"] / omega * _total(later["force"], integrals)
 
     def find_maxima(self, name: str) -> list[float]:
         row, end = self._rows[name], self._omega * self.duration
