@@ -22,7 +22,10 @@ class {model}(Adapter):
         Adapter.__init__(self, VALUES, **kwargs)
 '''
 
-_ABOUT = "Impact of a golf club on a ball: contact force, smash factor, restitution, energy"
+_ABOUT = (
+    "Impact of a golf club on a ball: contact force, smash factor, restitution, energy. Start "
+    "values reproduce the source document (law 1); law 2 is the one to use"
+)
 
 #: Those of the native FMUs, too. The outputs in `constant` are 0 at the start whatever the other
 #: variables are. Systems feed them back: without this an importer must take that for an algebraic

@@ -184,10 +184,17 @@ def _report(
     results: Mapping[str, Result], images: Mapping[str, Mapping[str, Sequence[str]]], source: str
 ) -> bytes:
     """The report; images, for wide and for narrow screens, are in base64."""
-    first = next(iter(results.values()))
+    cases = [*next(iter(results.values())).cases.items()]
+    if len(results) > 1:
+        # The first case stands for all: the document's. Before it, a drive as measured.
+        title, drive = _drive()
+        cases = [
+            (title, drive),
+            *((f"The document's impact: {describe({})}", c) for _, c in cases[:1]),
+        ]
     large = {
         case: [(QUANTITIES[name].name, _large(name, values[name])) for name in _LARGE]
-        for case, values in first.cases.items()
+        for case, values in cases[:4]
         if {*_LARGE} <= values.keys()
     }
     return render(
@@ -196,13 +203,23 @@ def _report(
         images=images,
         source=source,
         minus=_with_minus,
-        # Of several scenarios the first case stands for all: the document's.
-        large=dict(list(large.items())[: 1 if len(results) > 1 else 4]),
+        large=large,
         readings=document.tables() if len(results) > 1 else [],
         failed=[claim for result in results.values() for claim in result.failed],
         claims=sum(len(result.claims) for result in results.values()),
-        document=describe({}),
     )
+
+
+def _drive() -> tuple[str, dict[str, float]]:
+    """A drive as on the PGA Tour, by the ball that was fitted to it: its description, outputs."""
+    from golf_impact.api import run_impact_anywhere
+    from golf_impact.ball import BALLS
+    from golf_impact.units import si_value
+
+    ball, speed = BALLS["tour"], 113.0
+    found = run_impact_anywhere(**ball.values, club_speed=si_value(f"{speed:g} mph", "m/s"))
+    source = ball.source.partition(":")[0]
+    return f"A drive at {speed:g} mph ({source}): {describe(ball.values)}", dict(found)
 
 
 def _large(name: str, value: float) -> str:
