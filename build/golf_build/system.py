@@ -99,7 +99,9 @@ def _companion(name: str, *modules: str) -> Builder:
 #: The companions by name.
 COMPANIONS = {
     "Swing": _companion("Swing", "companions/swing", "companions/double_pendulum"),
-    "Launch": _companion("Launch", "companions/launch", "restitution"),
+    "Launch": _companion(
+        "Launch", "companions/launch", "restitution", "numerics/panels", "numerics/gauss"
+    ),
     "BallFlight": _companion("BallFlight", "companions/ball_flight"),
 }
 

@@ -229,12 +229,27 @@ def test_much_friction_takes_no_digits(friction, expected):
     assert found == pytest.approx(expected, rel=1e-14, abs=0.0)
 
 
-def test_a_contact_of_too_many_pieces_is_refused(companion):
-    values = {"friction": 10.0, "m_club": 1e6, "dynamic_loft": 0.2}
-    slave = companion("Launch", tangential_stiffness_ratio=320.0, **values)
-    inputs = contact(DRIVER | {"m_club": 1e6, "coefficient_of_restitution": 0.01})
+def test_a_contact_of_too_many_oscillations_is_refused(companion):
+    turning = {"centre_depth": 1.0, "head_inertia": 1e-6}
+    slave = companion("Launch", tangential_stiffness_ratio=1e3, dynamic_loft=0.2, **turning)
     with pytest.raises(FMICallException):
-        launched(slave, **inputs)
+        launched(slave, **contact(DRIVER | {"coefficient_of_restitution": 1.0}))
+
+
+def test_a_stiff_and_damped_contact_is_computed(launch):
+    """Overdamped across the face at a rate of 2,500; the same as without damping terms there."""
+    stiff = {"tangential_stiffness_ratio": 320.0, "friction": 10.0, "m_club": 1e6}
+    given = DRIVER | stiff | {"coefficient_of_restitution": 0.01}
+    rolling = given["m_ball"] * given["club_speed"] * math.sin(given["spin_loft"]) / 3.5
+    assert launch(given)["tangential_impulse"] == pytest.approx(rolling, rel=0.02)
+
+
+@pytest.mark.parametrize("part", [-1e-7, -1e-9, 0.0, 1e-9, 1e-7])
+def test_the_head_turns_at_the_frequency_of_the_tangential_spring(part):
+    """kappa rho = 1: the closed form's difference of two oscillators is a limit there."""
+    found, near = (Contact(0.2, 1e3, (1.0 + x) / 4.0, 4.0, 0.3).impulse(0.4) for x in (part, 1e-5))
+    below = Contact(0.2, 1e3, (1.0 - 1e-5) / 4.0, 4.0, 0.3).impulse(0.4)
+    assert found == pytest.approx(0.5 * (near + below), rel=1e-7)
 
 
 def test_without_damping(launch):
