@@ -102,7 +102,7 @@ COMPANIONS = {
     "Launch": _companion(
         "Launch", "companions/launch", "restitution", "numerics/panels", "numerics/gauss"
     ),
-    "BallFlight": _companion("BallFlight", "companions/ball_flight"),
+    "BallFlight": _companion("BallFlight", "companions/ball_flight", "numerics/runge_kutta"),
 }
 
 

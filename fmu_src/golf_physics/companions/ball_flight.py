@@ -22,26 +22,24 @@ of open grass (WMO-No. 8, Davenport's classes): no wind on the ground, `wind_spe
 The ball is launched when `separated` becomes true, with `ball_velocity`, `launch_angle` and
 `backspin`, from the instant of separation, touch_time + contact_time: not from the communication
 point after it. Nothing that acts on the ball later is unknown then, so the whole flight is solved
-at once (numerics/ode.py), landing included, and the host's steps have no influence. `carry`, `apex`
-and `land_angle` are those of the whole flight from the launch on.
+at once (numerics/runge_kutta.py), landing included, and the host's steps have no influence.
+`carry`, `apex` and `land_angle` are those of the whole flight from the launch on.
 """
 
 from bisect import bisect_right
-from collections.abc import Sequence
 from functools import partial
 from math import atan2, cos, exp, isfinite, log, pi, sin, sqrt
 from typing import ClassVar, NamedTuple
 
-from ..numerics.chebyshev import differentiate, interpolate
 from ..numerics.events import first_fall, maxima
-from ..numerics.ode import Panel, next_panel
+from ..numerics.runge_kutta import Step, Values, next_step
 from .companion import Companion
 
-#: A flight of more panels is refused.
-_MOST_PANELS = 1000
+#: A flight of more steps is refused; a golf ball's has some 100.
+_MOST_STEPS = 2000
 
-#: Of the first panel, s.
-_FIRST_WIDTH = 0.1
+#: Of the first step, s.
+_FIRST = 0.01
 
 #: Of C_D and C_L: the ends of their parameters' names.
 _TERMS = ("constant", "spin", "spin_squared", "reynolds")
@@ -65,32 +63,36 @@ class Air(NamedTuple):
         """The surface speed r w (m/s) after a way through the air (m)."""
         return self.surface_speed * exp(-self.decay * way)
 
-    def held(self) -> "Air":
-        """The same with S held at its limit."""
-        s = self.limit
-        drag, lift = ((a + s * (b + s * c), 0.0, 0.0, d) for a, b, c, d in (self.drag, self.lift))
-        return self._replace(drag=drag, lift=lift)
+    def speed(self, motion: Values) -> tuple[float, float]:
+        """p and v: through the air, along the ground and in all, m/s."""
+        _, y, u, h, _ = motion
+        p = u - self.wind * log((y + _ROUGHNESS) / _ROUGHNESS)
+        return p, sqrt(p * p + h * h)
 
+    def slopes(self, held: bool, t: float, motion: Values) -> Values:
+        """Of x, y, u, h and the way through the air s, with S as it is or held at its limit.
 
-def _airspeed(air: Air, y: float, u: float, h: float) -> tuple[float, float]:
-    """p and v: through the air, along the ground and in all, m/s."""
-    p = u - air.wind * log((y + _ROUGHNESS) / _ROUGHNESS)
-    return p, sqrt(p * p + h * h)
+        They leave w = w0 exp(-d s / r): integrated as w, a fast decay would be stiff.
+        """
+        *_, u, h, way = motion
+        p, v = self.speed(motion)
+        a = self.limit * v if held else self.spin(way)
+        d0, d1, d2, d3 = self.drag
+        l0, l1, l2, l3 = self.lift
+        drag = d0 * v + d1 * a + d2 * a * a / v + d3 * v * v
+        lift = l0 * v + l1 * a + l2 * a * a / v + l3 / v
+        return u, h, -(drag * p + lift * h), lift * p - drag * h - self.gravity, v
 
+    def excess(self, motion: Values) -> float:
+        """How far the surface speed is above its limit, m/s."""
+        return self.spin(motion[4]) - self.limit * self.speed(motion)[1]
 
-def _slopes(air: Air, t: float, motion: Sequence[float]) -> tuple[float, float, float]:
-    """Of u, h and the way s through the air: the equations of the module's text.
-
-    They leave w = w0 exp(-d s / r): integrated as w, a fast decay would be stiff.
-    """
-    _, y, u, h, way = motion
-    p, v = _airspeed(air, y, u, h)
-    a = air.spin(way)
-    d0, d1, d2, d3 = air.drag
-    l0, l1, l2, l3 = air.lift
-    drag = d0 * v + d1 * a + d2 * a * a / v + d3 * v * v
-    lift = l0 * v + l1 * a + l2 * a * a / v + l3 / v
-    return -(drag * p + lift * h), lift * p - drag * h - air.gravity, v
+    def excess_slope(self, held: bool, motion: Values) -> float:
+        """Its slope, m/s2."""
+        _, h, u_slope, h_slope, v = self.slopes(held, 0.0, motion)
+        p = self.speed(motion)[0]
+        p_slope = u_slope - self.wind * h / (motion[1] + _ROUGHNESS)
+        return -self.decay * v * self.spin(motion[4]) - self.limit * (p * p_slope + h * h_slope) / v
 
 
 class Flight:
@@ -109,60 +111,58 @@ class Flight:
         land_angle: below the horizontal at landing, rad.
 
     Raises:
-        OverflowError: the ball doesn't land, or the flight leaves the range of a double.
+        ArithmeticError: the ball doesn't land, or the flight leaves the range of a double.
     """
 
     def __init__(self, launch: float, speed: float, angle: float, air: Air) -> None:
         self.arguments = launch, speed, angle, air
         self.carry = self.apex = self.duration = self.land_angle = 0.0
-        self._panels: list[Panel] = []
-        #: When a panel gives way to the next, s since the launch: its end, or S crosses its limit.
-        self._ends: list[float] = []
-        motion = [0.0, 0.0, speed * cos(angle), speed * sin(angle), 0.0]
-        beyond, t, width = air.surface_speed > air.limit * abs(speed), 0.0, _FIRST_WIDTH
-        scales = (abs(speed),) * 3
+        self._steps: list[Step] = []
+        motion: Values = (0.0, 0.0, speed * cos(angle), speed * sin(angle), 0.0)
+        held, t, size = air.surface_speed > air.limit * abs(speed), 0.0, _FIRST
         # On a level launch the ball leaves the ground if its lift exceeds its weight.
         level = motion[3] == 0.0 and speed != 0.0
-        first = air.held() if beyond else air
-        if not (motion[3] > 0.0 or (level and _slopes(first, t, motion)[1] > 0.0)):
+        if not (motion[3] > 0.0 or (level and air.slopes(held, t, motion)[3] > 0.0)):
             return
+
+        def scales(motion: Values) -> Values:
+            *_, way = motion
+            return way, way, abs(speed), abs(speed), way
+
         while not self.duration:
-            if len(self._panels) == _MOST_PANELS:
+            if len(self._steps) == _MOST_STEPS:
                 raise OverflowError("this ball doesn't land")
-            acting = partial(_slopes, air.held() if beyond else air)
-            panel, width = next_panel(acting, t, width, motion, 2, lambda width: scales)
-            times, height, climb = panel.times(), panel.quantity(1), panel.quantity(3)
-            landing = first_fall(height, climb, times)
-            if landing is not None:
-                times = [*(time for time in times if time < landing), landing]
-            crossing = self._crossing(panel, times, beyond)
+            step, size = next_step(partial(air.slopes, held), t, size, motion, scales)
+            height, climb = step.quantity(1), step.quantity(3)
+            landing = first_fall(height, climb, (t, step.end))
+            end = step.end if landing is None else landing
+            crossing = self._crossing(step, end, held)
             if crossing is not None:
-                times = [*(time for time in times if time < crossing), crossing]
-                landing, beyond = None, not beyond
+                end, landing, held = crossing, None, not held
             self.duration = landing or 0.0
-            self.apex = max(self.apex, *map(height, maxima(climb, times)), 0.0)
-            t = times[-1]
-            self._panels.append(panel)
-            self._ends.append(t)
-            motion = list(panel.at(t))
+            self.apex = max(self.apex, *map(height, maxima(climb, (t, end))), 0.0)
+            step = step.until(end)
+            self._steps.append(step)
+            t, motion = end, step.after
             if not all(map(isfinite, motion)):
                 raise OverflowError("it leaves the range of a double")
         self.carry, _, u, h, _ = motion
         self.land_angle = atan2(-h, u)
 
-    def _crossing(self, panel: Panel, times: Sequence[float], beyond: bool) -> float | None:
-        """When S crosses its limit at these times of a panel; None if it doesn't."""
-        air, sign = self.arguments[-1], 1.0 if beyond else -1.0
+    def _crossing(self, step: Step, end: float, held: bool) -> float | None:
+        """When S crosses its limit until this end of a step; None if it doesn't."""
+        air, sign = self.arguments[-1], 1.0 if held else -1.0
         # S stays 0, or above 0.
         if not (air.surface_speed and air.limit):
             return None
 
         def margin(t: float) -> float:
-            _, y, u, h, way = panel.at(t)
-            return sign * (air.spin(way) - air.limit * _airspeed(air, y, u, h)[1])
+            return sign * air.excess(step.at(t))
 
-        slope = differentiate(interpolate(map(margin, panel.times()[-2:0:-1])))
-        return first_fall(margin, panel.function(slope), times)
+        def slope(t: float) -> float:
+            return sign * air.excess_slope(held, step.at(t))
+
+        return first_fall(margin, slope, (step.begin, end))
 
     def position(self, time: float) -> tuple[float, float, bool]:
         """Distance and height (m), and whether the ball has landed."""
@@ -171,7 +171,8 @@ class Flight:
             return self.carry, 0.0, True
         if t <= 0.0:
             return 0.0, 0.0, False
-        x, y, *_ = self._panels[bisect_right(self._ends, t)].at(t)
+        step = self._steps[bisect_right(self._steps, t, key=lambda step: step.end)]
+        x, y, *_ = step.at(t)
         return x, y, False
 
 
