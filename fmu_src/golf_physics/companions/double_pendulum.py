@@ -11,23 +11,22 @@ A = J + M R^2, B = R s_C, a = (s_A + M R) g sin(plane), b = s_C g sin(plane). Un
 released the club is held at its angle to the arms, q' = p'. F acts against the direction d, the
 normal of the club face at the ball.
 
-Torques rise and fall exponentially. The motion is solved panel by panel (numerics/ode.py), each as
-wide as its rounding errors allow: results don't depend on the communication step size.
+Torques rise and fall exponentially. The motion is solved in steps of its own
+(numerics/runge_kutta.py): results don't depend on the communication step size.
 """
 
 from bisect import bisect_right
-from collections.abc import Sequence
 from math import atan2, cos, exp, inf, sin, sqrt
 from typing import NamedTuple
 
 from ..numerics.events import first_fall
-from ..numerics.ode import Panel, next_panel
+from ..numerics.runge_kutta import Step, Values, next_step
 
 #: The stages of a swing, in their order.
 HELD, RELEASED, BEYOND, FINISHED = range(4)
 
-#: Most pieces of a swing (some 15 lead to the ball); a longer one has missed the ball and ends.
-_MOST = 400
+#: Most pieces of a swing (some 60 lead to the ball); a longer one has missed the ball and ends.
+_MOST = 2000
 
 #: Added to a scale of errors that may be 0.
 _LEAST = 1e-300
@@ -118,13 +117,13 @@ class Ball(NamedTuple):
 
 
 class _Piece(NamedTuple):
-    """Part of a motion: the panel is that of both angles, their rates and the work."""
+    """Part of a motion: the step is that of both angles, their rates and the work."""
 
     start: float
     end: float
     stage: int
     then: int  #: stage of the next piece
-    panel: Panel | None  #: None in a swing that has finished
+    step: Step | None  #: None in a swing that has finished
     initial: State
 
 
@@ -152,8 +151,8 @@ class Motion:
         self.arguments = golfer, origin, state, stage, force, direction
         self.golfer, self.origin, self.force, self.direction = golfer, origin, force, direction
         self._pieces: list[_Piece] = []
-        #: Of the next piece's panel, s.
-        self._width = 0.0
+        #: Of the next piece, to be tried, s.
+        self._size = 0.0
         self._add(0.0, state, stage)
 
     def at(self, t: float) -> tuple[State, int]:
@@ -164,13 +163,13 @@ class Motion:
     def _piece(self, t: float) -> _Piece:
         while t > self._pieces[-1].end:
             self._go_on()
-        starts = [piece.start for piece in self._pieces]
-        return self._pieces[max(bisect_right(starts, t) - 1, 0)]
+        after = bisect_right(self._pieces, t, key=lambda piece: piece.start)
+        return self._pieces[max(after - 1, 0)]
 
     def _state(self, piece: _Piece, t: float) -> State:
-        if piece.panel is None:
+        if piece.step is None:
             return piece.initial
-        arm, club, arm_rate, club_rate, work = piece.panel.at(t)
+        arm, club, arm_rate, club_rate, work = piece.step.at(t)
         return State(arm, club, arm_rate, club_rate, *self._torques(piece, t), work)
 
     def _torques(self, piece: _Piece, t: float) -> tuple[float, float]:
@@ -182,7 +181,7 @@ class Motion:
         shoulder += (start.shoulder_torque - shoulder) * left
         return shoulder, wrist + (start.wrist_torque - wrist) * left
 
-    def _accelerations(self, stage: int, motion: Sequence[float]) -> tuple[float, float]:
+    def _accelerations(self, stage: int, motion: Values) -> tuple[float, float]:
         """Of arms and club, rad/s²: the equations of the module's text."""
         p, q, u, w, shoulder, wrist = motion
         golfer, force, direction = self.golfer, self.force, self.direction
@@ -260,23 +259,25 @@ class Motion:
             self._pieces.append(_Piece(start, inf, FINISHED, FINISHED, None, rest))
             return
         piece = _Piece(start, inf, stage, stage, None, state)
-        rate = max(1.0, abs(state.arm_rate), abs(state.club_rate))
-        scales = rate, rate, abs(golfer.max_shoulder_torque) + abs(golfer.max_wrist_torque) + _LEAST
+        torque = abs(golfer.max_shoulder_torque) + abs(golfer.max_wrist_torque) + _LEAST
 
-        def slopes(t: float, motion: Sequence[float]) -> tuple[float, float, float]:
+        def slopes(t: float, motion: Values) -> Values:
             *_, u, w, _ = motion
             shoulder, wrist = self._torques(piece, t)
             accelerations = self._accelerations(stage, (*motion[:4], shoulder, wrist))
-            return *accelerations, shoulder * u + wrist * (w - u)
+            return u, w, *accelerations, shoulder * u + wrist * (w - u)
 
-        # Where torques begin to change, a wide panel has no node near its begin.
+        def scales(motion: Values) -> Values:
+            *_, u, w, _ = motion
+            rate = max(1.0, abs(u), abs(w))
+            return 1.0, 1.0, rate, rate, torque
+
+        # Where torques begin to change, a long step has no stage near its begin.
         begins = not self._pieces or self._pieces[-1].stage != stage
-        width = golfer.torque_rise_time if begins else self._width
-        panel, self._width = next_panel(
-            slopes, start, width, (*state[:4], state.work), 2, lambda width: scales
-        )
-        arm, arm_rate = panel.quantity(0), panel.quantity(2)
+        size = golfer.torque_rise_time if begins else self._size
+        step, self._size = next_step(slopes, start, size, (*state[:4], state.work), scales)
+        arm, arm_rate = step.quantity(0), step.quantity(2)
         goal = (-golfer.release_angle, 0.0, golfer.arm_start)[stage]
-        end = first_fall(lambda t: goal - arm(t), lambda t: -arm_rate(t), panel.times())
-        end, then = (panel.end, stage) if end is None else (end, stage + 1)
-        self._pieces.append(piece._replace(end=end, then=then, panel=panel))
+        end = first_fall(lambda t: goal - arm(t), lambda t: -arm_rate(t), (start, step.end))
+        end, then = (step.end, stage) if end is None else (end, stage + 1)
+        self._pieces.append(piece._replace(end=end, then=then, step=step.until(end)))

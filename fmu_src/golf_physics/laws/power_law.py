@@ -12,7 +12,8 @@ from itertools import pairwise
 from math import atan2, inf, pi, sqrt
 
 from ..numerics.gauss import GAUSS_5
-from ..numerics.panels import Oscillator, Panel
+from ..numerics.oscillator import Oscillator
+from ..numerics.panels import Panel
 from ..values import Motion, Parameters, State
 from .contact import ContactPhase
 
