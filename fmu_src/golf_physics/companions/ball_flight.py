@@ -27,7 +27,6 @@ at once (numerics/runge_kutta.py), landing included, and the host's steps have n
 """
 
 from bisect import bisect_right
-from functools import partial
 from math import atan2, cos, exp, isfinite, log, pi, sin, sqrt
 from typing import ClassVar, NamedTuple
 
@@ -36,7 +35,10 @@ from ..numerics.runge_kutta import Step, Values, next_step
 from .companion import Companion
 
 #: A flight of more steps is refused; a golf ball's has some 100.
-_MOST_STEPS = 2000
+_MOST_STEPS = 4000
+
+#: Errors of a step, relative to way and speed: so small since C_D and C_L have a kink at the limit.
+_TOLERANCE = 1e-12
 
 #: Of the first step, s.
 _FIRST = 0.01
@@ -56,43 +58,23 @@ class Air(NamedTuple):
     decay: float  #: of the spin, 1/m
     gravity: float
     limit: float  #: of S
-    wind: float = 0.0  #: its slope over ln(1 + y/z), m/s
-    surface_speed: float = 0.0  #: radius times backspin at launch, not negative, m/s
+    wind: float  #: its slope over ln(1 + y/z), m/s
+    surface_speed: float  #: radius times backspin at launch, not negative, m/s
 
-    def spin(self, way: float) -> float:
-        """The surface speed r w (m/s) after a way through the air (m)."""
-        return self.surface_speed * exp(-self.decay * way)
-
-    def speed(self, motion: Values) -> tuple[float, float]:
-        """p and v: through the air, along the ground and in all, m/s."""
-        _, y, u, h, _ = motion
-        p = u - self.wind * log((y + _ROUGHNESS) / _ROUGHNESS)
-        return p, sqrt(p * p + h * h)
-
-    def slopes(self, held: bool, t: float, motion: Values) -> Values:
-        """Of x, y, u, h and the way through the air s, with S as it is or held at its limit.
+    def slopes(self, t: float, motion: Values) -> Values:
+        """Of x, y, u, h and the way through the air s: the equations of the module's text.
 
         They leave w = w0 exp(-d s / r): integrated as w, a fast decay would be stiff.
         """
-        *_, u, h, way = motion
-        p, v = self.speed(motion)
-        a = self.limit * v if held else self.spin(way)
+        _, y, u, h, way = motion
+        p = u - self.wind * log((y + _ROUGHNESS) / _ROUGHNESS)
+        v = sqrt(p * p + h * h)
+        s = min(self.surface_speed * exp(-self.decay * way) / v, self.limit)
         d0, d1, d2, d3 = self.drag
         l0, l1, l2, l3 = self.lift
-        drag = d0 * v + d1 * a + d2 * a * a / v + d3 * v * v
-        lift = l0 * v + l1 * a + l2 * a * a / v + l3 / v
+        drag = (d0 + s * (d1 + s * d2)) * v + d3 * v * v
+        lift = (l0 + s * (l1 + s * l2)) * v + l3 / v
         return u, h, -(drag * p + lift * h), lift * p - drag * h - self.gravity, v
-
-    def excess(self, motion: Values) -> float:
-        """How far the surface speed is above its limit, m/s."""
-        return self.spin(motion[4]) - self.limit * self.speed(motion)[1]
-
-    def excess_slope(self, held: bool, motion: Values) -> float:
-        """Its slope, m/s2."""
-        _, h, u_slope, h_slope, v = self.slopes(held, 0.0, motion)
-        p = self.speed(motion)[0]
-        p_slope = u_slope - self.wind * h / (motion[1] + _ROUGHNESS)
-        return -self.decay * v * self.spin(motion[4]) - self.limit * (p * p_slope + h * h_slope) / v
 
 
 class Flight:
@@ -119,50 +101,31 @@ class Flight:
         self.carry = self.apex = self.duration = self.land_angle = 0.0
         self._steps: list[Step] = []
         motion: Values = (0.0, 0.0, speed * cos(angle), speed * sin(angle), 0.0)
-        held, t, size = air.surface_speed > air.limit * abs(speed), 0.0, _FIRST
         # On a level launch the ball leaves the ground if its lift exceeds its weight.
         level = motion[3] == 0.0 and speed != 0.0
-        if not (motion[3] > 0.0 or (level and air.slopes(held, t, motion)[3] > 0.0)):
+        if not (motion[3] > 0.0 or (level and air.slopes(0.0, motion)[3] > 0.0)):
             return
 
-        def scales(motion: Values) -> Values:
-            *_, way = motion
-            return way, way, abs(speed), abs(speed), way
+        def allowed(motion: Values) -> Values:
+            far, fast = _TOLERANCE * motion[4], _TOLERANCE * abs(speed)
+            return far, far, fast, fast, far
 
+        t, size = 0.0, _FIRST
         while not self.duration:
             if len(self._steps) == _MOST_STEPS:
                 raise OverflowError("this ball doesn't land")
-            step, size = next_step(partial(air.slopes, held), t, size, motion, scales)
+            step, size = next_step(air.slopes, t, size, motion, allowed)
             height, climb = step.quantity(1), step.quantity(3)
             landing = first_fall(height, climb, (t, step.end))
-            end = step.end if landing is None else landing
-            crossing = self._crossing(step, end, held)
-            if crossing is not None:
-                end, landing, held = crossing, None, not held
-            self.duration = landing or 0.0
-            self.apex = max(self.apex, *map(height, maxima(climb, (t, end))), 0.0)
-            step = step.until(end)
+            if landing is not None:
+                self.duration, step = landing, step.until(landing)
+            t, motion = step.end, step.after
+            self.apex = max(self.apex, *map(height, maxima(climb, (step.begin, t))), 0.0)
             self._steps.append(step)
-            t, motion = end, step.after
-            if not all(map(isfinite, motion)):
-                raise OverflowError("it leaves the range of a double")
+        if not all(map(isfinite, motion)):
+            raise OverflowError("it leaves the range of a double")
         self.carry, _, u, h, _ = motion
         self.land_angle = atan2(-h, u)
-
-    def _crossing(self, step: Step, end: float, held: bool) -> float | None:
-        """When S crosses its limit until this end of a step; None if it doesn't."""
-        air, sign = self.arguments[-1], 1.0 if held else -1.0
-        # S stays 0, or above 0.
-        if not (air.surface_speed and air.limit):
-            return None
-
-        def margin(t: float) -> float:
-            return sign * air.excess(step.at(t))
-
-        def slope(t: float) -> float:
-            return sign * air.excess_slope(held, step.at(t))
-
-        return first_fall(margin, slope, (step.begin, end))
 
     def position(self, time: float) -> tuple[float, float, bool]:
         """Distance and height (m), and whether the ball has landed."""
@@ -171,8 +134,7 @@ class Flight:
             return self.carry, 0.0, True
         if t <= 0.0:
             return 0.0, 0.0, False
-        step = self._steps[bisect_right(self._steps, t, key=lambda step: step.end)]
-        x, y, *_ = step.at(t)
+        x, y, *_ = self._steps[bisect_right(self._steps, t, key=lambda step: step.end)].at(t)
         return x, y, False
 
 

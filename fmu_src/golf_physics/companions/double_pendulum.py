@@ -28,6 +28,9 @@ HELD, RELEASED, BEYOND, FINISHED = range(4)
 #: Most pieces of a swing (some 60 lead to the ball); a longer one has missed the ball and ends.
 _MOST = 2000
 
+#: Errors of a step, relative to a radian, the rates and the torques.
+_TOLERANCE = 1e-10
+
 #: Added to a scale of errors that may be 0.
 _LEAST = 1e-300
 
@@ -267,15 +270,15 @@ class Motion:
             accelerations = self._accelerations(stage, (*motion[:4], shoulder, wrist))
             return u, w, *accelerations, shoulder * u + wrist * (w - u)
 
-        def scales(motion: Values) -> Values:
+        def allowed(motion: Values) -> Values:
             *_, u, w, _ = motion
-            rate = max(1.0, abs(u), abs(w))
-            return 1.0, 1.0, rate, rate, torque
+            rate = _TOLERANCE * max(1.0, abs(u), abs(w))
+            return _TOLERANCE, _TOLERANCE, rate, rate, _TOLERANCE * torque
 
         # Where torques begin to change, a long step has no stage near its begin.
         begins = not self._pieces or self._pieces[-1].stage != stage
         size = golfer.torque_rise_time if begins else self._size
-        step, self._size = next_step(slopes, start, size, (*state[:4], state.work), scales)
+        step, self._size = next_step(slopes, start, size, (*state[:4], state.work), allowed)
         arm, arm_rate = step.quantity(0), step.quantity(2)
         goal = (-golfer.release_angle, 0.0, golfer.arm_start)[stage]
         end = first_fall(lambda t: goal - arm(t), lambda t: -arm_rate(t), (start, step.end))

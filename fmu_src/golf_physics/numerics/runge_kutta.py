@@ -25,9 +25,6 @@ _STAGES = (
 #: Weights of the difference to the result of order 4.
 _ERROR = (71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40)
 
-#: That difference at most, relative to the scales.
-_TOLERANCE = 1e-10
-
 #: Relative to the time and the step tried first: a shorter step is refused.
 _SHORTEST = 1e-15
 
@@ -57,7 +54,7 @@ class Step(NamedTuple):
 
 
 def next_step(
-    f: Slopes, t: float, size: float, start: Values, scales: Callable[[Values], Values]
+    f: Slopes, t: float, size: float, start: Values, allowed: Callable[[Values], Values]
 ) -> tuple[Step, float]:
     """The step from a time t >= 0 on, and the size to try for the next one.
 
@@ -66,7 +63,7 @@ def next_step(
         t: where the step begins.
         size: to be tried.
         start: the values at t.
-        scales: in which errors count, above 0, from the values after the step.
+        allowed: errors of a step, above 0, from the values after it.
 
     ArithmeticError: f has no numbers right after t.
     """
@@ -75,7 +72,7 @@ def next_step(
         size = (t + size) - t
         try:
             after, errors = _advanced(f, t, start, size)
-            excess = max(abs(e) / (_TOLERANCE * s) for e, s in zip(errors, scales(after)))
+            excess = max(abs(e) / most for e, most in zip(errors, allowed(after)))
         except (ArithmeticError, ValueError):
             excess = float("inf")
         factor = min(0.9 * max(excess, 1e-5) ** -0.2, 5.0) if isfinite(excess) else 0.2
