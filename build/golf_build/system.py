@@ -10,6 +10,7 @@ import zipfile
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from golf_physics import variables
 from golf_physics.variables import Unit, Variable
@@ -57,56 +58,41 @@ class {model}(CompanionAdapter):
 '''
 
 
-#: What every companion needs of golf_physics.
-_SHARED = (
-    "companions/companion", "companions/__init__", "numerics/events", "numerics/__init__",
-    "codec", "modes", "refusals", "values", "variables",
-)  # fmt: skip
-
-
 class _Row(Variable):
     """Of a companion: its bounds are for refusals, not FMI's min and max."""
 
     allowed = ""
 
 
-def _companion(name: str, *modules: str) -> Builder:
-    """The FMU of these modules, whose variables are in the .toml file beside the first of them."""
-    modules = *modules, *_SHARED
+def _row(causality: str, name: str, reference: int, unit: str, *values: Any) -> Variable:
+    """A variable from a line of a table: `values` has limits and text, or text alone."""
+    *limits, text = values
+    display = next(iter(_UNITS[unit].display), None) if unit else None
+    kind = "Real" if unit else "Boolean"
+    start, low, high = limits or (None, 0.0, 0.0)
+    return _Row(name, causality, kind, unit, start, low, high, None, display, text, reference)
+
+
+def _companion(name: str) -> Builder:
+    """The FMU whose modules and experiment are in `system.toml`."""
+    modules = _SYSTEM["modules"][name] + _SYSTEM["modules"]["shared"]
     sources = [f"golf_physics/{module}.py" for module in modules]
-    table = fmu_source(sources[0]).with_suffix(".toml").read_text("utf-8")
-    (_, description), (_, model), *groups = tomllib.loads(table).items()
-    rows = []
-    for causality, group in groups:
-        for variable, (reference, unit, *values, text) in group.items():
-            limits = values or (None, 0.0, 0.0)
-            display = next(iter(_UNITS[unit].display), None) if unit else None
-            kind = "Real" if unit else "Boolean"
-            row = variable, causality, kind, unit, *limits, None, display, text, reference
-            rows.append(_Row(*row))
+    table = tomllib.loads(fmu_source(sources[0]).with_suffix(".toml").read_text("utf-8"))
+    description, model = table.pop("description"), table.pop("model")
+    rows = [_row(group, one, *table[group][one]) for group in table for one in table[group]]
     used = {row.unit for row in rows}
-    units = {unit: about for unit, about in _UNITS.items() if unit in used}
     tables = {
         "rows": rows,
         "description": description,
         "model": model,
-        "units": units,
+        "units": {unit: about for unit, about in _UNITS.items() if unit in used},
         "experiment": _SYSTEM["experiments"][name],
     }
-    sources += ["companion.py", "host"]
-    return PythonBuilder(name, tables, sources=tuple(sources), entry=_ENTRY)
+    return PythonBuilder(name, tables, sources=(*sources, "companion.py", "host"), entry=_ENTRY)
 
 
 #: The companions by name.
-COMPANIONS = {
-    "Swing": _companion(
-        "Swing", "companions/swing", "companions/double_pendulum", "numerics/runge_kutta"
-    ),
-    "Launch": _companion(
-        "Launch", "companions/launch", "restitution", "numerics/oscillator", "numerics/gauss"
-    ),
-    "BallFlight": _companion("BallFlight", "companions/ball_flight", "numerics/runge_kutta"),
-}
+COMPANIONS = {name: _companion(name) for name in _SYSTEM["experiments"]}
 
 
 class System:
@@ -125,11 +111,13 @@ class System:
     def _connectors(self, component: str) -> Iterator[tuple[str, str, str]]:
         """Name, kind and unit (none: Boolean) of a component's connectors."""
         units = {row.name: row.unit for row in self.builders()[component].tables["rows"]}
-        inputs = [name for _, _, to, name in CONNECTIONS if to == component]
         outputs = [name for start, name, _, _ in CONNECTIONS if start == component]
-        yield from ((name, "input", units[name]) for name in inputs)
-        outputs += _SYSTEM["components"][component]
-        yield from ((name, "output", units[name]) for name in dict.fromkeys(outputs))
+        groups = {
+            "input": [name for _, _, to, name in CONNECTIONS if to == component],
+            "output": outputs + _SYSTEM["components"][component],
+        }
+        for kind, names in groups.items():
+            yield from ((name, kind, units[name]) for name in dict.fromkeys(names))
 
     def builders(self, native: bool = False) -> dict[str, Builder]:
         """The FMUs inside by name, with the drive's start values; ClubBallImpact native or not.

@@ -7,29 +7,7 @@ object that has the `arguments` of its constructor.
 import json
 from binascii import crc32
 from collections.abc import Iterable
-from math import isfinite
-from types import UnionType
-from typing import Annotated, Any, Union, get_args, get_origin
-
-#: Annotates a float that may be infinite or NaN.
-Real = Annotated[float, "any"]
-
-
-def fits(value: Any, type_: Any) -> bool:
-    """Whether a value is of an annotated type; a float is finite, a `Real` is any number."""
-    origin, types = get_origin(type_), get_args(type_)
-    if type_ in (float, Real):
-        if type(value) is int:
-            return abs(value) < 2**53
-        return type(value) is float and (isfinite(value) or type_ is not float)
-    if origin in (Union, UnionType):
-        return any(fits(value, one) for one in types)
-    if origin is tuple and types[-1] is not ...:
-        return type(value) is tuple and len(value) == len(types) and all(map(fits, value, types))
-    if origin in (tuple, dict):
-        items = value.values() if type(value) is dict else value
-        return type(value) is origin and all(fits(item, types[origin is dict]) for item in items)
-    return type_ is Any or isinstance(value, type_)
+from typing import Any
 
 
 def _plain(value: Any) -> Any:

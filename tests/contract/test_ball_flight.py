@@ -47,9 +47,9 @@ FLIGHTS = [
     # The spin is lost within a thousandth of the flight; the lift of hardly any spin remains.
     (74.65568, {"spin_decay": 1.0}),
     (74.65568, {"spin_decay": 1.0, "spin_ratio_limit": 0.2}),
-    # S falls below its limit in the piece of the series that reaches the ground.
+    # S falls below its limit shortly before the landing.
     (2.3, {"launch_angle": 0.8, "backspin": 62.0, "spin_decay": 1e-4}),
-    # Within one piece of its series it dips 0.49 m below the ground.
+    # It lands, and would rise again from 0.49 m below the ground.
     (
         81.69,
         dict.fromkeys(("drag_spin", "drag_reynolds", "drag_spin_squared", "spin_decay"), 0.0)

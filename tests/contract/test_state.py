@@ -134,31 +134,6 @@ def test_a_state_of_another_fmu_is_refused(way_of):
     fmus.call_state(swing.slave, "free", memory)
 
 
-#: Of companions, a parameter or input at an end of its range, and a value beyond it.
-LIMITS = {
-    "Swing": ("plane_angle", 0.0, -0.1),
-    "Launch": ("friction", 0.0, -0.1),
-    "BallFlight": ("launch_angle", 1.58, 1.59),
-}
-
-
-@pytest.mark.plain
-@pytest.mark.parametrize("name", LIMITS)
-def test_a_state_beyond_a_range_is_refused(way_of, name):
-    """Its checksum is right."""
-    variable, end, beyond = LIMITS[name]
-    way = way_of(name).begin({variable: end})
-    whole = fmus.packed(way.slave)
-    # Without the end that holds the checksum.
-    body = whole.rpartition(b", ")[0]
-    was, now = (f'"{variable}": {value}'.encode() for value in (end, beyond))
-    assert body.count(was) == 1
-    fmus.restore_packed(way.slave, fmus.with_checksum(body))
-    assert way.step(1e-3)
-    refuse(way, fmus.with_checksum(body.replace(was, now)))
-    assert fmus.get(way.slave, variable) == [end]
-
-
 def test_runs_of_a_restored_initialization_equal_those_of_fresh_instances():
     """What an instance keeps for the next such run isn't seen in a result, nor the sign of zero."""
     rng, read = random.Random(5), [row.reference for row in VARIABLES if row.type == "Real"]

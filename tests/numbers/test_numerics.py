@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from golf_physics.numerics import chebyshev, events, ode
+from golf_physics.numerics import chebyshev, events, ode, runge_kutta
 
 
 def test_derivative_and_integral_of_a_chebyshev_series():
@@ -69,3 +69,19 @@ def test_a_jump_and_a_kink_inside_a_panel():
 def test_equations_without_numbers_are_refused(slope):
     with pytest.raises(ArithmeticError, match="no numbers after t = 0"):
         ode.next_panel(lambda t, motion: [slope], 0.0, 1.0, [1.0], 0, lambda width: [1.0])
+
+
+def test_steps_of_order_5_and_between_their_ends():
+    """An oscillation for 10 s; a step that would leave the slopes' domain is tried again."""
+
+    def slopes(t, motion):
+        return motion[1], -motion[0] + 0.0 * math.sqrt(11.0 - t)
+
+    t, size, values, errors = 0.0, 100.0, (0.0, 1.0), []
+    while t < 10.0:
+        step, size = runge_kutta.next_step(slopes, t, size, values, lambda _: (1e-12, 1e-12))
+        errors += [abs(step.at(t)[0] - math.sin(t)) for t in np.linspace(t, step.end, 4)]
+        t, values = step.end, step.after
+    assert 1e-14 < max(errors) < 1e-10
+    with pytest.raises(ArithmeticError):
+        runge_kutta.next_step(lambda t, y: [math.inf], 0.0, 1.0, [0.0], lambda _: [1e-12])

@@ -141,7 +141,7 @@ class Flight:
 class BallFlight(Companion):
     """The flight of the ball over time; see the module's text."""
 
-    inside: ClassVar = {"_flight": Flight | None}
+    inside: ClassVar = ("_flight",)
     classes: ClassVar = (Flight, Air)
     _flight: Flight | None = None
 

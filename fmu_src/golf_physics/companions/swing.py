@@ -40,15 +40,7 @@ class Swing(Companion):
 
     reaction_work: float
 
-    inside: ClassVar = {
-        "_time": float,
-        "_lost": float,
-        "_rise": float | None,
-        "_motion": Motion | None,
-        "_ball": Ball | None,
-        "_position": float,
-        "_current": bool,
-    }
+    inside: ClassVar = ("_time", "_lost", "_rise", "_motion", "_ball", "_position", "_current")
     classes: ClassVar = (Motion, Golfer, State, Ball)
 
     #: Sum of the accepted steps, s, and its Kahan compensation: the same in every importer, however

@@ -3,7 +3,7 @@
 Times are those of the panel; between neighbours a function has at most one extremum.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from itertools import pairwise
 
 Function = Callable[[float], float]
@@ -27,7 +27,7 @@ def minimum(slope: Function, low: float, high: float) -> float | None:
     return bisect(lambda t: -slope(t), low, high) if slope(low) < 0.0 < slope(high) else None
 
 
-def maxima(slope: Function, times: Sequence[float]) -> Iterator[float]:
+def maxima(slope: Function, times: Iterable[float]) -> Iterator[float]:
     """When a function has maxima, from its slope."""
     for low, high in pairwise(times):
         if slope(low) > 0.0 >= slope(high):
