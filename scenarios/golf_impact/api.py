@@ -115,7 +115,7 @@ def run_impacts(
         array([[False, False],
                [ True,  True]])
         >>> impacts.reason
-        'b = -9.0 N.s/m is refused: it must be between 0 and 1e+09'
+        'b = -9 N.s/m is refused: it must be between 0 and 1e+09'
     """
     outputs, (columns, shape) = _each_once(known_names(outputs)), columns_of(values)
     found, ends = engine.run_rows(outputs, columns, prod(shape), threads)

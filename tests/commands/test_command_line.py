@@ -119,7 +119,7 @@ REFUSED = {
     "list --ball": "--ball",
     "bench --seed 1": "bench --help",
     "stress --seed abc": "--seed",
-    "explore --no-browser --set k=-1": "k = -1.0",
+    "explore --no-browser --set k=-1": "k = -1 N",
     "explore --export x.txt": "--export x.txt is refused: its name must end in .html",
     "explore --no-browser --ball cannon": "choose from document, ",
     "calibrate --core 0.7": "calibrate --help",

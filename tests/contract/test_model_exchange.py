@@ -480,10 +480,10 @@ def test_bad_input_stops_a_solver(make):
     """The derivatives are Error, the next event ends the run; corrected, it goes on."""
     model = make()
     model.set(k=-1.0)
-    assert "k = -1.0 N/m is refused" in model.messages[-1]
+    assert "k = -1 N/m is refused" in model.messages[-1]
     assert is_error(model.derivatives)
     assert model.event()
-    assert "the simulation must stop: k = -1.0" in model.messages[-1]
+    assert "the simulation must stop: k = -1 N" in model.messages[-1]
     model.set(k=1e6)
     assert model.derivatives()[0] == 35.0
     assert not model.event()

@@ -108,4 +108,4 @@ def test_the_command(tmp_path):
     assert other.read_text() == "<p>mine</p>"
     (tmp_path / "folder.html").mkdir()
     refused(golf_here("explore", "--export", tmp_path / "folder.html"), "can't write")
-    refused(golf_here("explore", "--set", "k=-1", cwd=tmp_path), "k = -1.0 N/m is refused")
+    refused(golf_here("explore", "--set", "k=-1", cwd=tmp_path), "k = -1 N/m is refused")

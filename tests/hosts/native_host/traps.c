@@ -23,9 +23,40 @@ static void set(fmi2Component c, fmi2ValueReference reference)
     fmi2SetReal(c, &reference, 1, &value);
 }
 
+static void make_step(fmi2Component c, double *point)
+{
+    double size = ANY(SIZES);
+    if (fmi2DoStep(c, rand() % 9 ? *point : ANY(VALUES), size, 1) == fmi2OK) *point += size;
+}
+
+/* Of Euler's method. */
+static void solve_on(fmi2Component c, double *time)
+{
+    double size = ANY(SIZES), states[STATES] = {0.0}, slopes[STATES] = {0.0}, values[INDICATORS];
+    fmi2EventInfo info;
+    fmi2Boolean is_event, is_end;
+    fmi2NewDiscreteStates(c, &info);
+    fmi2EnterContinuousTimeMode(c);
+    fmi2GetContinuousStates(c, states, STATES);
+    fmi2GetDerivatives(c, slopes, STATES);
+    double size_of_step = isless(0.0, size) && isless(size, 1e6) ? size : 0.0;
+    *time += size_of_step;
+    fmi2SetTime(c, *time);
+    for (int n = 0; n < STATES; n++) {
+        double moved_to = states[n] + size_of_step * smaller(1e30, larger(-1e30, slopes[n]));
+        if (fabs(moved_to) < 1e6) states[n] = moved_to;
+    }
+    fmi2SetContinuousStates(c, states, STATES);
+    fmi2CompletedIntegratorStep(c, 1, &is_event, &is_end);
+    fmi2GetEventIndicators(c, values, INDICATORS);
+    fmi2EnterEventMode(c);
+}
+
 static void run(void)
 {
-    fmi2Component c = fmi2Instantiate(NULL, fmi2CoSimulation, TOKEN, NULL, NULL, 0, 0);
+    int is_solved = rand() % 3 == 0;
+    fmi2Type kind = is_solved ? fmi2ModelExchange : fmi2CoSimulation;
+    fmi2Component c = fmi2Instantiate(NULL, kind, TOKEN, NULL, NULL, 0, 0);
     fmi2ValueReference law = 8;
     int number = 1 + rand() % 2;
     double point = 0.0, value;
@@ -35,8 +66,8 @@ static void run(void)
     for (int n = rand() % 6; n > 0; n--) set(c, (fmi2ValueReference)(rand() % 41));
     fmi2ExitInitializationMode(c);
     for (int n = 0; n < 20; n++) {
-        double size = ANY(SIZES);
-        if (fmi2DoStep(c, rand() % 9 ? point : ANY(VALUES), size, 1) == fmi2OK) point += size;
+        if (is_solved) solve_on(c, &point);
+        else make_step(c, &point);
         if (rand() % 3 == 0) set(c, rand() % 4 ? (fmi2ValueReference)(rand() % 3) : 40);
         for (fmi2ValueReference reference = 13; rand() % 2 && reference < 35; reference++)
             fmi2GetReal(c, &reference, 1, &value);
