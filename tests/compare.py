@@ -73,7 +73,7 @@ def assert_same_results(found, exact, cases):
         assert isinstance(one, str) == isinstance(expected, str), (one, expected, values)
         if isinstance(expected, str):
             # The engine names what runs other laws.
-            assert not one or one.startswith(expected), values
+            assert not one or to_15_digits(one).startswith(to_15_digits(expected)), values
             continue
         known = {name: value for name, value in expected.items() if not math.isnan(value)}
         assert {n for n in one if not math.isnan(one[n])} == {*known}, values

@@ -187,9 +187,9 @@ def test_in_this_process_are_the_numbers_of_the_fmu(impact):
 @pytest.mark.parametrize(
     ("values", "words"),
     [
-        ({"k": -1.0, "b": -2.0}, r"k = -1\.0 .*"),
+        ({"k": -1.0, "b": -2.0}, r"k = -1(\.0)? .*"),
         ({"law": 1.5}, "law = 1.5"),
-        ({"exponent": 2.0}, "exponent = 2.0"),
+        ({"exponent": 2.0}, "exponent = 2"),
         ({"force": 1.0}, "no input or parameter 'force'"),
     ],
 )

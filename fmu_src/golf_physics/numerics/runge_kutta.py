@@ -6,7 +6,6 @@ alone. Between them the solution is that of a shorter step, which is at least as
 
 from collections.abc import Callable, Sequence
 from math import isfinite
-from operator import mul
 from typing import NamedTuple
 
 Values = Sequence[float]
@@ -86,7 +85,15 @@ def _advanced(f: Slopes, t: float, start: Values, size: float) -> tuple[Values, 
     """The values after a step, and their errors."""
     slopes, values = [f(t, start)], start
     for node, weights in _STAGES:
-        changes = [sum(map(mul, weights, one)) for one in zip(*slopes)]
+        changes = [_weighted(weights, one) for one in zip(*slopes)]
         values = [a + size * change for a, change in zip(start, changes)]
         slopes.append(f(t + node * size, values))
-    return values, [size * sum(map(mul, _ERROR, one)) for one in zip(*slopes)]
+    return values, [size * _weighted(_ERROR, one) for one in zip(*slopes)]
+
+
+def _weighted(weights: Sequence[float], slopes: Sequence[float]) -> float:
+    """The weighted sum of slopes; Python's sum() has other digits from version 3.12 on."""
+    total = 0.0
+    for weight, slope in zip(weights, slopes):
+        total += weight * slope
+    return total
