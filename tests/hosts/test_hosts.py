@@ -365,7 +365,8 @@ values = [float(rows[name][-1]) for name in names]
 """
     names = [*CRITERIA, "carry"]
     results = run_importer("fmpy", program, names, str(tmp_path / "both.fmu"), step)
-    assert_close(results, EXPECTED[1] | {"carry": 158.79718480716062})
+    # The carry differs by the rounding of the launch's time: 1.7e-13.
+    assert_close(results, EXPECTED[1] | {"carry": 158.79718480716062}, tolerance=1e-12)
 
 
 # fmusim

@@ -74,7 +74,7 @@ def history(way, number):
             found.append(way.step(argument))
             found += [bits(x) for x in way.read(REALS).values()]
             found += way.read(FLAGS).values()
-    return [*found, *way.messages]
+    return [*found, *map(to_15_digits, way.messages)]
 
 
 @pytest.fixture(scope="module")

@@ -165,7 +165,8 @@ class Component(FmiComponent):
             try:
                 impact = self._changed(inputs)
             except (ArithmeticError, ValueError) as error:
-                return refusal("CHANGE_REFUSED", "k", k, k=k, b=b, why=not_computed(error))
+                why = error if type(error) is ArithmeticError else not_computed(error)
+                return refusal("CHANGE_REFUSED", "k", k, k=k, b=b, why=why)
         p, check_every_step = impact.parameters, False
         if impact.touch is None and (p.restitution_at_rest or club_force):
             problem = LAWS[p.law].refusal_of_touch(p, inputs)
