@@ -103,7 +103,7 @@ static double output_contact_displacement(Component *c, Impact *i)
 {
     if (!has_touched(i)) return 0.0;
     if (i->phase == FLIGHT) return i->flight.at_separation.x_ball;
-#ifdef FMI_VERSION
+#if FMI_VERSION
     if (c->is.is_solved) return state_now(c)->x_ball - i->touch.x_ball;
 #endif
     return state_since_touch(i, &c->is.parameters, elapsed(i, instant_now(c))).x_ball;

@@ -92,7 +92,7 @@ static void early_return(void)
     FMU(fmi3FreeInstance, c);
 }
 
-/* It rounds upwards, which must neither change the result nor be changed. */
+/* It rounds upwards, which changes the result by rounding alone, and must not be changed. */
 static void *in_thread(void *result)
 {
     fesetround(FE_UPWARD);
