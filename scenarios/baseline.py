@@ -2,8 +2,8 @@
 
 import matplotlib.pyplot as plt
 
-from golf_impact import document
-from golf_impact.quantities import describe
+from golf_impact.data import document
+from golf_impact.data.quantities import describe
 from golf_impact.scenario import Result, main
 
 PATH = ["force", "club_position", "ball_position", "club_velocity", "ball_velocity", "compression"]

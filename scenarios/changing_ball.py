@@ -3,7 +3,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from golf_impact.quantities import describe
+from golf_impact.data.quantities import describe
 from golf_impact.scenario import Result, main
 
 #: All inputs of the FMU over time. The ball yields at 0.2 ms: k drops and b doubles. Of two rows

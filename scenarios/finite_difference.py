@@ -1,7 +1,7 @@
 """The document's scheme, explicit Euler: the printed numbers that it gives, and its error."""
 
-from golf_impact import document
-from golf_impact.quantities import QUANTITIES, derived, describe, format_percent
+from golf_impact.data import document
+from golf_impact.data.quantities import QUANTITIES, derived, describe, format_percent
 from golf_impact.scenario import Result, main
 
 

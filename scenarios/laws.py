@@ -2,7 +2,7 @@
 
 import matplotlib.pyplot as plt
 
-from golf_impact.quantities import QUANTITIES, describe
+from golf_impact.data.quantities import QUANTITIES, describe
 from golf_impact.scenario import Result, main
 
 NAMES = {1: "law 1 (absolute)", 2: "law 2 (relative)"}

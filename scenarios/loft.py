@@ -5,12 +5,12 @@ from math import degrees, radians
 import matplotlib.pyplot as plt
 import numpy as np
 
-from golf_impact import measured
-from golf_impact.ball import BALLS
+from golf_impact.data import measured
+from golf_impact.data.balls import BALLS
+from golf_impact.data.quantities import describe, format_percent
 from golf_impact.fmu import Fmu
-from golf_impact.quantities import describe, format_percent
 from golf_impact.scenario import Result, main
-from golf_impact.shots import shot, shot_of
+from golf_impact.studies.drive import shot, shot_of
 
 LOFTS, FRICTIONS = np.arange(0.0, 61.0, 2.0), (0.1, 0.2, 0.4)
 IRONS = [stroke for club, stroke in measured.PGA.items() if club.endswith("iron") or club == "PW"]

@@ -3,8 +3,8 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from golf_impact.ball import BALLS, rating_stiffness
-from golf_impact.quantities import describe
+from golf_impact.data.balls import BALLS, rating_stiffness
+from golf_impact.data.quantities import describe
 from golf_impact.scenario import Result, main
 
 NAMES = ("rating-low", "rating-mid", "rating-high")

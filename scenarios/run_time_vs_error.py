@@ -11,12 +11,12 @@ from itertools import cycle
 
 import matplotlib.pyplot as plt
 
+from golf_impact.evidence.peers import fmus, ways
+from golf_impact.evidence.peers.ways import EMPTY, METRICS, NATIVE, OURS, STEP
+from golf_impact.evidence.reference import Reference
+from golf_impact.evidence.timing import measure_interleaved
 from golf_impact.fmu import Impact, current_native
-from golf_impact.peers import fmus, ways
-from golf_impact.peers.ways import EMPTY, METRICS, NATIVE, OURS, STEP
-from golf_impact.reference import Reference
 from golf_impact.scenario import Result, main
-from golf_impact.timing import measure_interleaved
 
 LAWS = {1: "drag on each body", 2: "damper between the bodies"}
 STIFFNESSES = [1e6 * (0.9 + 0.2 * (37 * n % 101) / 101) for n in range(101)]  # N/m

@@ -3,7 +3,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from golf_impact.quantities import describe
+from golf_impact.data.quantities import describe
 from golf_impact.scenario import Result, main
 
 #: The tip of the shaft is the head (kg); its stiffness (N/m) and damping (N·s/m); the grip moves on

@@ -3,10 +3,10 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from golf_impact import measured
-from golf_impact.ball import BALLS
-from golf_impact.errors import UserError
-from golf_impact.quantities import describe
+from golf_impact.data import measured
+from golf_impact.data.balls import BALLS
+from golf_impact.data.errors import UserError
+from golf_impact.data.quantities import describe
 from golf_impact.scenario import Result, main
 
 NAMES = ("document", "roh-lee-linear", "roh-lee", "penner")

@@ -1,6 +1,6 @@
 """Impacts far beyond golf by any communication steps: 80-digit arithmetic and invariants.
 
-Errors are on the scales of golf_impact.scales. A seed repeats all impacts and steps.
+Errors are on the scales of golf_impact.evidence.scales. A seed repeats all impacts and steps.
 """
 
 import random
@@ -8,14 +8,14 @@ import random
 import matplotlib.pyplot as plt
 import numpy as np
 
-from golf_impact.impact_checks import check
-from golf_impact.random_impacts import (
+from golf_impact.evidence.checks import check
+from golf_impact.evidence.random_impacts import (
     critical_damping,
     extreme_impacts,
     pushed,
     random_impact,
 )
-from golf_impact.scales import TOLERANCE
+from golf_impact.evidence.scales import TOLERANCE
 from golf_impact.scenario import Result, main
 
 CLAIMS = {

@@ -3,8 +3,8 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from golf_impact import document
-from golf_impact.quantities import describe
+from golf_impact.data import document
+from golf_impact.data.quantities import describe
 from golf_impact.scenario import Result, main
 
 #: Cases of the document beside each other: another stiffness without damping, with it, and both.

@@ -5,7 +5,7 @@ from math import degrees
 import matplotlib.pyplot as plt
 from fmpy.ssp.simulation import simulate_ssp
 
-from golf_impact.measured import RPM, YARD
+from golf_impact.data.measured import RPM, YARD
 from golf_impact.scenario import Result, main
 
 RESULTS = (

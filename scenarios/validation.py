@@ -4,13 +4,13 @@ from math import degrees
 
 import matplotlib.pyplot as plt
 
-from golf_impact import measured
-from golf_impact.ball import BALLS
-from golf_impact.errors import MissingFileError
+from golf_impact.data import measured
+from golf_impact.data.balls import BALLS
+from golf_impact.data.errors import MissingFileError
+from golf_impact.data.quantities import QUANTITIES, describe, format_percent
 from golf_impact.fmu import Fmu
-from golf_impact.quantities import QUANTITIES, describe, format_percent
 from golf_impact.scenario import Result, main
-from golf_impact.shots import shot_of
+from golf_impact.studies.drive import shot_of
 
 #: From the document's fit to the best one; what the ball roh-lee was fitted to, and the only other
 #: independent figure (S and COR follow from the velocities).

@@ -15,9 +15,9 @@ from quadrature import mp
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 
-from golf_impact.random_impacts import critical_damping
-from golf_impact.reference import Reference
-from golf_impact.scales import Scales, reduced_mass
+from golf_impact.evidence.random_impacts import critical_damping
+from golf_impact.evidence.reference import Reference
+from golf_impact.evidence.scales import Scales, reduced_mass
 
 DEFAULTS = {row.name: row.start for row in SETTABLE.values()}
 

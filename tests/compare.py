@@ -6,8 +6,8 @@ import re
 import pytest
 from golf_physics.values import SLOWEST
 
-from golf_impact.quantities import START as DEFAULTS
-from golf_impact.scales import TOLERANCE, Scales, reduced_mass
+from golf_impact.data.quantities import START as DEFAULTS
+from golf_impact.evidence.scales import TOLERANCE, Scales, reduced_mass
 
 
 def to_15_digits(sentence):

@@ -11,7 +11,7 @@ import fmpy
 import pytest
 from command import run_python
 
-from golf_impact.doctor import find_libpython
+from golf_impact.fmu.doctor import find_libpython
 
 #: FMI's C headers.
 HEADERS = Path(fmpy.__file__).parent / "c-code"

@@ -31,11 +31,12 @@ A scenario script imports `golf_impact.scenario`; the console script is `golf_im
 
 #: The modules of the public names; their types are in __init__.pyi.
 _MODULES = {
-    "Ball": "ball", "Calibration": "calibration.calibration", "UserError": "errors",
-    "Impact": "fmu", "sweep": "sweeps", "drive": "shots",
-    "calibrate": "calibration.calibration", "read_ball": "ball", "balls": "api",
+    "Ball": "data.balls", "read_ball": "data.balls", "UserError": "data.errors",
+    "Impact": "fmu", "balls": "api",
     "run_impact": "api", "run_impacts": "api", "run_trajectory": "api",
-    "sensitivities": "derivatives",
+    "sensitivities": "studies.sensitivities", "sweep": "studies.sweep.sweep",
+    "drive": "studies.drive", "calibrate": "studies.calibrate.calibration",
+    "Calibration": "studies.calibrate.calibration",
 }  # fmt: skip
 
 __all__ = sorted(_MODULES)

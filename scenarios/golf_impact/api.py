@@ -12,13 +12,13 @@ from numpy.typing import ArrayLike
 
 from golf_build import BY_NAME
 from golf_impact import engine
-from golf_impact.errors import MissingEngineError, UserError, unknown_name
-from golf_impact.quantities import START, undefined_results
-from golf_impact.runs import FLAGS, METRICS, PATH, ImpactArrays, Named, instants_of
-from golf_impact.units import number
+from golf_impact.data.errors import MissingEngineError, UserError, unknown_name
+from golf_impact.data.quantities import START, undefined_results
+from golf_impact.data.runs import FLAGS, METRICS, PATH, ImpactArrays, Named, instants_of
+from golf_impact.data.units import number
 
 if TYPE_CHECKING:
-    from golf_impact.ball import Ball
+    from golf_impact.data.balls import Ball
 
 _OUTPUTS = tuple(row.name for row in BY_NAME.values() if row.causality == "output")
 _REALS = tuple(name for name in _OUTPUTS if name not in FLAGS)
@@ -34,7 +34,7 @@ def balls() -> dict[str, Ball]:
         >>> run_impact(["smash_factor"], **balls()["tour"].values)["smash_factor"] > 1.47
         True
     """
-    from golf_impact.ball import BALLS
+    from golf_impact.data.balls import BALLS
 
     return Named(BALLS)
 

@@ -21,8 +21,8 @@ import numpy as np
 
 from golf_build import BY_NAME
 from golf_build.sources import digest
-from golf_impact.errors import MissingEngineError, UserError, first_line
-from golf_impact.quantities import START
+from golf_impact.data.errors import MissingEngineError, UserError, first_line
+from golf_impact.data.quantities import START
 
 #: As in rows.c: the most rows, or instants, of a call; how a row ends.
 _ROWS = 4096

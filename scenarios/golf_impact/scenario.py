@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NoReturn
 
-from golf_impact.results import Result
+from golf_impact.report.results import Result
 
 __all__ = ["Result", "main"]
 

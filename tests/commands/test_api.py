@@ -35,7 +35,7 @@ def test_public_names():
     for module, names in {
         "golf_impact.scenario": ("Result", "main"),
         "golf_impact.fmu": ("current_fmu", "current_system"),
-        "golf_impact.reference": ("Reference",),
+        "golf_impact.evidence.reference": ("Reference",),
     }.items():
         assert all(callable(getattr(import_module(module), name)) for name in names)
 

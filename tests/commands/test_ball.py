@@ -7,8 +7,8 @@ import pytest
 from command import golf, golf_here, refused
 
 import golf_impact
-from golf_impact.ball import BALLS, Ball, ball, ball_toml, rating_stiffness, read_ball
-from golf_impact.units import remarks, si_value
+from golf_impact.data.balls import BALLS, Ball, ball, ball_toml, rating_stiffness, read_ball
+from golf_impact.data.units import remarks, si_value
 
 MPH = 0.44704
 

@@ -18,12 +18,12 @@ from fmus import begin, get, make_instance
 
 import run_time_vs_error
 from golf_impact.commands import bench
+from golf_impact.data.runs import PATH
+from golf_impact.evidence.peers import dop853, empty_fmu, fmus, stepped_impact, ways
+from golf_impact.evidence.peers.ways import EMPTY, METRICS, NATIVE, OURS, Way
+from golf_impact.evidence.reference import Reference
+from golf_impact.evidence.timing import measure_interleaved
 from golf_impact.fmu import Impact, current_native
-from golf_impact.peers import dop853, empty_fmu, fmus, stepped_impact, ways
-from golf_impact.peers.ways import EMPTY, METRICS, NATIVE, OURS, Way
-from golf_impact.reference import Reference
-from golf_impact.runs import PATH
-from golf_impact.timing import measure_interleaved
 
 COMPILED = pytest.mark.skipif(not fmus.compiler(), reason="there is no C compiler on this machine")
 

@@ -23,7 +23,7 @@ from golf_build.archive import SUMS, checksums, unpack, write_archive
 from golf_build.packaging import _read
 from golf_build.system import SYSTEM
 from golf_impact import fmu
-from golf_impact.files import read_toml
+from golf_impact.data.files import read_toml
 
 PROJECT = read_toml(ROOT / "pyproject.toml")["project"]
 EXTRAS = ("calibrate", "sweep", "cluster", "interop", "native", "bench")
@@ -101,7 +101,7 @@ def test_contents(tmp_path, fmu_path):
 
 def test_a_build_that_is_missing_damaged_or_out_of_date(tmp_path, fmu_path, monkeypatch, capsys):
     built = tmp_path / "ClubBallImpact.fmu"
-    monkeypatch.setattr(fmu, "default_path", lambda builder: built)
+    monkeypatch.setattr("golf_impact.fmu.current.default_path", lambda builder: built)
 
     def message():
         assert fmu.current_fmu() == built

@@ -17,12 +17,12 @@ from scipy import stats
 import golf_impact
 from golf_build.extras import install_command
 from golf_impact import calibrate
-from golf_impact.ball import BALLS
-from golf_impact.calibration.fit import ContactLaw, Fit
-from golf_impact.calibration.measurements import measurements
-from golf_impact.errors import UserError
-from golf_impact.intervals import result_intervals
-from golf_impact.measured import MPH
+from golf_impact.data.balls import BALLS
+from golf_impact.data.errors import UserError
+from golf_impact.data.measured import MPH
+from golf_impact.studies.calibrate.fit import ContactLaw, Fit
+from golf_impact.studies.calibrate.measurements import measurements
+from golf_impact.studies.intervals import result_intervals
 
 #: A ball, and the conditions of its curves.
 BALL = {"law": 2, "k": 8.2e5, "b": 37.0, "exponent": 1.6}

@@ -406,7 +406,7 @@ def test_links_remain(tmp_path):
 @pytest.mark.parametrize("writable", [True, False])
 def test_the_cache_of_an_installed_copy(tmp_path, monkeypatch, writable):
     """It keeps the FMU there; the error says what to do instead."""
-    monkeypatch.setattr("golf_impact.fmu._CHECKOUT", tmp_path)
+    monkeypatch.setattr("golf_impact.fmu.current._CHECKOUT", tmp_path)
     monkeypatch.setattr("platformdirs.user_cache_path", lambda *_: tmp_path / "cache" / "below")
     if writable:
         for message in ("it was missing", ""):
@@ -514,8 +514,8 @@ def test_a_run_stopped_at_any_moment(tmp_path, times):
     ("line", "place"),
     [
         ("run --set k=1e6 --no-figures --out .", "os.replace"),
-        ("sweep --set k=1e6 --out x.csv", "golf_impact.sweeps.run_impacts"),
-        ("sweep --set k=1e6 --out x.parquet", "golf_impact.sweeps.run_impacts"),
+        ("sweep --set k=1e6 --out x.csv", "golf_impact.studies.sweep.sweep.run_impacts"),
+        ("sweep --set k=1e6 --out x.parquet", "golf_impact.studies.sweep.sweep.run_impacts"),
         ("build --out x.fmu", "os.replace"),
     ],
 )

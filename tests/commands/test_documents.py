@@ -18,9 +18,9 @@ from nbclient import NotebookClient
 from packaging.requirements import Requirement
 from scipy.integrate import solve_ivp
 
-from golf_impact.document import tables
-from golf_impact.files import read_toml
-from golf_impact.scripts import BY_NAME, FOLDER, SCENARIOS
+from golf_impact.data.document import tables
+from golf_impact.data.files import read_toml
+from golf_impact.report.scripts import BY_NAME, FOLDER, SCENARIOS
 
 PROJECT = read_toml(ROOT / "pyproject.toml")["project"]
 

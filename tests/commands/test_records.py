@@ -7,9 +7,9 @@ import pytest
 from command import golf_here, refused
 from test_calibrate import AT, record
 
-from golf_impact.calibration.measurements import measured, measurements, number
-from golf_impact.calibration.records import FORCE, SIGMA, TIME, read_table
-from golf_impact.errors import UserError
+from golf_impact.data.errors import UserError
+from golf_impact.studies.calibrate.measurements import measured, measurements, number
+from golf_impact.studies.calibrate.records import FORCE, SIGMA, TIME, read_table
 
 SCOPE = "Model,X1\nLabel,CH1,CH2\nVertical Offset,0,0\nVertical Scale,1,1\n\nTIME,CH1,CH2\n"
 BESIDE = "Record Length,2.5e3,,0,0.5,\nTrigger Point,1,,1,1,\nSource,CH1,,2,1.5,\n,,,3,2,\n"

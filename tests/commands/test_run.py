@@ -14,10 +14,11 @@ from html5 import check_page
 from PIL import Image
 
 import golf_impact
-from golf_impact import document, scripts
-from golf_impact.ball import BALLS
-from golf_impact.quantities import derived, describe
-from golf_impact.results import _with_minus, narrow_png, plotting
+from golf_impact.data import document
+from golf_impact.data.balls import BALLS
+from golf_impact.data.quantities import derived, describe
+from golf_impact.report import scripts
+from golf_impact.report.results import _with_minus, narrow_png, plotting
 
 MPH = 0.44704
 

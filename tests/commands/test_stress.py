@@ -8,9 +8,10 @@ import pytest
 from command import golf_here
 
 import stability
-from golf_impact import impact_checks, random_impacts
+from golf_impact.evidence import checks as impact_checks
+from golf_impact.evidence import random_impacts
+from golf_impact.evidence.scales import TOLERANCE
 from golf_impact.fmu import Impact
-from golf_impact.scales import TOLERANCE
 
 
 @pytest.fixture(scope="module")

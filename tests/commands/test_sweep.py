@@ -17,12 +17,13 @@ from matplotlib.figure import Figure
 
 import golf_impact
 from golf_build import VERSION
-from golf_impact import sweep_cluster, sweep_table
-from golf_impact.ball import BALLS
-from golf_impact.quantities import START
-from golf_impact.results import plotting
-from golf_impact.sweep_picture import draw, draw_indices
-from golf_impact.sweeps import OUTPUTS, Design, parse_axis, sobol_indices
+from golf_impact.data.balls import BALLS
+from golf_impact.data.quantities import START
+from golf_impact.report.results import plotting
+from golf_impact.studies.sweep import cluster as sweep_cluster
+from golf_impact.studies.sweep import table as sweep_table
+from golf_impact.studies.sweep.picture import draw, draw_indices
+from golf_impact.studies.sweep.sweep import OUTPUTS, Design, parse_axis, sobol_indices
 
 
 def rows_of(path):
@@ -374,7 +375,7 @@ def test_a_table_of_parts(address, tmp_path, monkeypatch):
 def test_a_cluster_that_is_refused(address, tmp_path, monkeypatch, scheduler, out, changed, words):
     (tmp_path / "file.parquet").write_text("")
     for name, value in changed.items():
-        monkeypatch.setattr(f"golf_impact.sweep_cluster.{name}", value)
+        monkeypatch.setattr(f"golf_impact.studies.sweep.cluster.{name}", value)
     if scheduler:
         monkeypatch.setattr(sweep_cluster, "_PATIENCE", "0.5s")
     refused(golf_here(*LINE, scheduler or address, "--out", out, cwd=tmp_path), words)

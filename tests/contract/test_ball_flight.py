@@ -10,7 +10,7 @@ from fmpy.fmi1 import FMICallException
 from fmus import get, is_set, put
 from scipy.integrate import solve_ivp
 
-from golf_impact.measured import PGA
+from golf_impact.data.measured import PGA
 
 OF_FLIGHT = ("carry", "apex", "flight_time", "land_angle")
 

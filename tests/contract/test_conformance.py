@@ -27,7 +27,7 @@ from lxml import etree
 from reference_results import FOLDER, reference_results
 
 from golf_build.native_header import NATIVE_LAWS
-from golf_impact.fmu_file import run_here
+from golf_impact.fmu.file import run_here
 
 
 @pytest.fixture(params=FILES)

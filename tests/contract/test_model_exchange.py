@@ -24,7 +24,7 @@ from scipy.integrate import solve_ivp
 from solver import Model, is_error
 from ways import REALS
 
-from golf_impact.runs import FLAGS
+from golf_impact.data.runs import FLAGS
 
 RESULTS = (*CRITERIA, "energy_efficiency")
 SIZES_OF_RESULTS = dict(zip(RESULTS, (1.0, 1.0, 35.0, 35.0, 1.0), strict=True))

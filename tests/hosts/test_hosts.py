@@ -23,8 +23,8 @@ from fmus import begin, discard, get, make_instance
 from programs import HOST_TASKS, require, run_importer
 
 from golf_impact.commands import doctor
-from golf_impact.errors import UserError
-from golf_impact.fmu_file import check_temporary_folder, run_here
+from golf_impact.data.errors import UserError
+from golf_impact.fmu.file import check_temporary_folder, run_here
 
 #: s; the first is longer than the whole contact.
 STEPS = (1e-3, 1e-4, 1e-6)

@@ -17,8 +17,8 @@ import pytest
 from command import run_python
 from conftest import some
 
-from golf_impact.peers import empty_fmu
-from golf_impact.peers.fmus import build_plain_fmu
+from golf_impact.evidence.peers import empty_fmu
+from golf_impact.evidence.peers.fmus import build_plain_fmu
 
 # The end
 

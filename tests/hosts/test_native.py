@@ -17,11 +17,10 @@ from conftest import EXPECTED, HERE, LAW_2_CONTACT, repeated
 from fmus import make_instance, step_status
 from programs import HEADERS, HOST_TASKS
 
-import golf_impact.fmu
 from golf_build import native
 from golf_build.archive import unpack, write_archive
+from golf_impact.evidence.peers import fmus as peers
 from golf_impact.fmu import Fmu
-from golf_impact.peers import fmus as peers
 
 SANITIZERS = "-fsanitize=address,undefined"
 
@@ -236,7 +235,8 @@ def test_where_pythonfmu_has_no_binary(monkeypatch, compiled, tmp_path):
     """The commands build and use the native FMU, and leave out what companions are for."""
     monkeypatch.setattr(native, "pythonfmu_runs_here", lambda: False)
     monkeypatch.setattr(peers, "pythonfmu_runs_here", lambda: False)
-    monkeypatch.setattr(golf_impact.fmu, "default_path", lambda b: tmp_path / f"{b.name}.fmu")
+    where = "golf_impact.fmu.current.default_path"
+    monkeypatch.setattr(where, lambda builder: tmp_path / f"{builder.name}.fmu")
     done = golf_here("run", "--out", tmp_path / "all", "--no-figures", code=0)
     assert f"ClubBallImpact.native.fmu, for {native.this_machine()} alone" in done.stderr
     assert "loft is left out" in done.stderr

@@ -6,8 +6,12 @@ import random
 import numpy as np
 from cases import DEFAULTS, Case
 
-from golf_impact.random_impacts import contact_time_of_law_2, critical_damping, random_impact
-from golf_impact.scales import reduced_mass
+from golf_impact.evidence.random_impacts import (
+    contact_time_of_law_2,
+    critical_damping,
+    random_impact,
+)
+from golf_impact.evidence.scales import reduced_mass
 
 
 def golf(number):

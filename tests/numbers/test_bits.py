@@ -22,7 +22,7 @@ from compare import to_15_digits
 from conftest import some
 from ways import REALS
 
-from golf_impact.runs import FLAGS
+from golf_impact.data.runs import FLAGS
 
 PHYSICS = ROOT / "fmu_src" / "golf_physics"
 

@@ -11,7 +11,7 @@ from command import run_python
 
 import golf_impact
 from golf_impact import engine
-from golf_impact.runs import FLAGS, METRICS, MOMENTARY
+from golf_impact.data.runs import FLAGS, METRICS, MOMENTARY
 
 
 def spread(number, **values):
@@ -21,7 +21,7 @@ def spread(number, **values):
     columns = {
         name: np.array(
             [
-                kinds[n % len(kinds)].get(name, golf_impact.quantities.START[name])
+                kinds[n % len(kinds)].get(name, golf_impact.data.quantities.START[name])
                 for n in range(number)
             ],
             float,

@@ -11,7 +11,7 @@ from golf_physics.values import Motion
 from quadrature import mp as _mp
 from random_cases import coinciding_rates
 
-from golf_impact.reference import Reference
+from golf_impact.evidence.reference import Reference
 
 mp = _mp.clone()
 mp.dps = 60

@@ -11,15 +11,15 @@ from ways import REALS
 
 from golf_build import BY_NAME, UNITS
 from golf_build.system import COMPANIONS
-from golf_impact.ball import BALLS
-from golf_impact.document import Printed
-from golf_impact.files import read_toml
-from golf_impact.measured import MEASUREMENTS, MPH, ROH_LEE_FIGURES
-from golf_impact.quantities import QUANTITIES, Quantity, format_with_error, undefined_results
-from golf_impact.units import SYMBOLS, symbol_of, unit_of
+from golf_impact.data.balls import BALLS
+from golf_impact.data.document import Printed
+from golf_impact.data.files import read_toml
+from golf_impact.data.measured import MEASUREMENTS, MPH, ROH_LEE_FIGURES
+from golf_impact.data.quantities import QUANTITIES, Quantity, format_with_error, undefined_results
+from golf_impact.data.units import SYMBOLS, symbol_of, unit_of
 
 PAGE = read_toml(files("golf_impact.explore") / "page.toml")
-MEASURED = read_toml(files("golf_impact") / "measured.toml")
+MEASURED = read_toml(files("golf_impact.data") / "measured.toml")
 
 # Digits of sources
 

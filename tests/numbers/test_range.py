@@ -9,9 +9,14 @@ from compare import assert_within
 from hypothesis import assume, event, example, given
 from hypothesis import strategies as st
 
-from golf_impact.impact_checks import check
-from golf_impact.random_impacts import ImpactCase, critical_damping, half_contact, segments_of
-from golf_impact.scales import TOLERANCE, reduced_mass
+from golf_impact.evidence.checks import check
+from golf_impact.evidence.random_impacts import (
+    ImpactCase,
+    critical_damping,
+    half_contact,
+    segments_of,
+)
+from golf_impact.evidence.scales import TOLERANCE, reduced_mass
 
 #: Where times come from quadrature; other results are as exact, but at those times.
 TOLERANCE_OF_QUADRATURE = 1e-10

@@ -10,9 +10,9 @@ from compare import assert_within
 from quadrature import PowerLawContact
 
 import golf_impact
-from golf_impact.ball import BALLS
-from golf_impact.quantities import START as DEFAULTS
-from golf_impact.reference import Reference
+from golf_impact.data.balls import BALLS
+from golf_impact.data.quantities import START as DEFAULTS
+from golf_impact.evidence.reference import Reference
 
 OUTPUTS = (
     "touch_time", "smash_factor", "coefficient_of_restitution", "energy_efficiency",

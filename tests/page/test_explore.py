@@ -15,7 +15,7 @@ from html5 import check_page
 from tab import by_wasm, facts
 
 import golf_impact
-from golf_impact.ball import BALLS
+from golf_impact.data.balls import BALLS
 from golf_impact.explore.page import page
 
 STIFFENING = {"law": 2, "b": 0.0, "exponent": 1.6}

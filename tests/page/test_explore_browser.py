@@ -14,9 +14,9 @@ from selenium.webdriver import ActionChains, Keys
 from tab import Tab, chrome
 
 import golf_impact
-from golf_impact.ball import BALLS
+from golf_impact.data.balls import BALLS
+from golf_impact.data.quantities import QUANTITIES
 from golf_impact.explore.page import write_page
-from golf_impact.quantities import QUANTITIES
 
 AXE, SHA512 = "axe-core@4.14.1", (
     "1477dafa598d8d065f273d6af302aa203c02e83131707b7fa648cd41bd3d6b73"

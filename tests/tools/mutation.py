@@ -37,7 +37,7 @@ from typing import NamedTuple
 import pytest
 from mutants import ROOT, Mutant, packages, sample
 
-from golf_impact.files import read_toml
+from golf_impact.data.files import read_toml
 
 #: They compare documents with the code: a defect that they notice may be written down by mistake.
 NO_EVIDENCE = tuple(

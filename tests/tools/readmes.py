@@ -8,7 +8,7 @@ from pathlib import Path
 
 from golf_physics.variables import VARIABLES
 
-from golf_impact.document import tables
+from golf_impact.data.document import tables
 
 README = Path(__file__).resolve().parents[2] / "fmu_src" / "README.md"
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from golf_physics.variables import VARIABLES
 
 import golf_build
-from golf_impact.reference import Reference
+from golf_impact.evidence.reference import Reference
 
 FOLDER = Path(golf_build.__file__).parent / "contents" / "reference"
 

@@ -12,7 +12,7 @@ from golf_build import VERSION
 from golf_impact.commands import bench, build, calibrate, doctor, explore, run, stress, sweep
 from golf_impact.commands import list as list_
 from golf_impact.commands.console import warn
-from golf_impact.errors import UserError
+from golf_impact.data.errors import UserError
 
 app = typer.Typer(
     help="Impact of a golf club on a ball: build the co-simulation FMU, run and check scenarios.",

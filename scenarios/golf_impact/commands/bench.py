@@ -8,10 +8,10 @@ from typer import Option
 
 from golf_impact.commands.console import RESULTS, err, say
 from golf_impact.commands.run import show
-from golf_impact.errors import missing_package
+from golf_impact.data.errors import missing_package
 
 if TYPE_CHECKING:
-    from golf_impact.results import Result
+    from golf_impact.report.results import Result
 
 EPILOG = "Example: golf-impact bench --quick --out bench"
 
@@ -27,11 +27,11 @@ def bench(
 
     Times depend on the machine and on other load; the exit code doesn't.
     """
-    from golf_impact.files import as_json, write
+    from golf_impact.data.files import as_json, write
 
     result = run_by_name("bench", "run_time_vs_error", folder, quick=quick)
     # scipy and mpmath are installed, whose versions it has.
-    from golf_impact.timing import describe_machine
+    from golf_impact.evidence.timing import describe_machine
 
     machine = describe_machine()
     say(", ".join(f"{name} {text}" for name, text in machine.items()))
@@ -53,9 +53,10 @@ def run_by_name(command: str, name: str, folder: Path, **options: Any) -> "Resul
 
     from rich.progress import track
 
-    from golf_impact import files, scripts
+    from golf_impact.data import files
     from golf_impact.fmu import Impact
-    from golf_impact.results import png
+    from golf_impact.report import scripts
+    from golf_impact.report.results import png
 
     files.check(folder / f"{command}.json")
     shown = partial(

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from typer import Option
 
-from golf_impact.errors import UserError
+from golf_impact.data.errors import UserError
 
 EPILOG = (
     "Examples: golf-impact build --out ClubBallImpact.fmu · golf-impact build --native · "
@@ -31,7 +31,7 @@ def build(
     from golf_build import native as in_c
     from golf_build import system as systems
     from golf_impact.fmu import builder_of, default_path
-    from golf_impact.fmu_file import check_temporary_folder
+    from golf_impact.fmu.file import check_temporary_folder
 
     if fmi not in (2, 3):
         raise UserError(f"--fmi {fmi} is refused: it must be 2 or 3")

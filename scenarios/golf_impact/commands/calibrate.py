@@ -6,7 +6,7 @@ from typer import Option
 from golf_impact.commands.bench import Out
 from golf_impact.commands.console import RESULTS, out, print_table, progress, say
 from golf_impact.commands.options import pairs_of
-from golf_impact.errors import UserError
+from golf_impact.data.errors import UserError
 
 EPILOG = (
     "Examples: golf-impact calibrate --curve force.csv@95mph --m-club 200g · golf-impact "
@@ -92,9 +92,9 @@ def calibrate(
     Numbers are in SI units or have one of their own: 95mph, 600us, 6.6kN.
     """
     values = {**locals()}
-    from golf_impact.calibration.calibration import calibrate as fit
-    from golf_impact.files import as_json, check, write
-    from golf_impact.results import png
+    from golf_impact.data.files import as_json, check, write
+    from golf_impact.report.results import png
+    from golf_impact.studies.calibrate.calibration import calibrate as fit
 
     for name in ("save", "folder", "figures", "measured"):
         del values[name]

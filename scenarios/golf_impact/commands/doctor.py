@@ -16,7 +16,7 @@ def doctor(fmus: Annotated[list[Path] | None, Argument(metavar="FMU", hidden=Tru
     FMU is an .fmu file, or an .ssp file with several, repeatable; by default the built one. Exit
     code 1: there is a problem.
     """
-    from golf_impact.doctor import examine
+    from golf_impact.fmu.doctor import examine
 
     levels = set()
     chosen: list[Path | None] = [*fmus] if fmus else [None]

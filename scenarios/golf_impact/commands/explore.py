@@ -9,7 +9,7 @@ from typer import Option
 
 from golf_impact.commands.console import RESULTS, say, warn
 from golf_impact.commands.options import case_of, complete_ball, complete_setting
-from golf_impact.errors import UserError
+from golf_impact.data.errors import UserError
 
 EPILOG = (
     "Examples: golf-impact explore --ball roh-lee --set club_speed=50 · "
@@ -38,7 +38,7 @@ def explore(
     The page is one file that needs no server and no network.
     """
     from golf_impact.api import run_impact_anywhere
-    from golf_impact.ball import BALLS
+    from golf_impact.data.balls import BALLS
     from golf_impact.explore.page import write_page
 
     if export and export.suffix.lower() != ".html":

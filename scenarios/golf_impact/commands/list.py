@@ -6,10 +6,10 @@ from typer import Argument, Option
 
 from golf_impact.commands.console import print_list, print_table, say
 from golf_impact.commands.options import complete_ball
-from golf_impact.errors import UserError
+from golf_impact.data.errors import UserError
 
 if TYPE_CHECKING:
-    from golf_impact.ball import Ball
+    from golf_impact.data.balls import Ball
 
 EPILOG = "Examples: golf-impact list · golf-impact list --balls · golf-impact list --balls tour"
 
@@ -23,7 +23,8 @@ def list_(
     balls: Annotated[bool, Option("--balls", help=_BALLS)] = False,
 ) -> None:
     """List the scenarios, or the preset balls."""
-    from golf_impact import ball, scripts
+    from golf_impact.data import balls as ball
+    from golf_impact.report import scripts
 
     if names and not balls:
         raise UserError(f"a name needs --balls: golf-impact list --balls {names[0]}")
@@ -41,8 +42,8 @@ def list_(
 def list_balls() -> None:
     """Print a table of the preset balls with their results."""
     from golf_impact.api import run_impact_anywhere
-    from golf_impact.ball import BALLS
-    from golf_impact.quantities import START
+    from golf_impact.data.balls import BALLS
+    from golf_impact.data.quantities import START
 
     rows = []
     for one in BALLS.values():
@@ -60,8 +61,8 @@ def list_balls() -> None:
 
 def describe_ball(one: "Ball") -> None:
     """Print the values of a ball, its source, and what it isn't for."""
-    from golf_impact.quantities import format_shortest, format_unit
-    from golf_impact.units import unit_of
+    from golf_impact.data.quantities import format_shortest, format_unit
+    from golf_impact.data.units import unit_of
 
     values = (
         f"{name} = {format_shortest(value)} {format_unit(unit_of(name))}".rstrip()

@@ -5,12 +5,12 @@ from typing import TYPE_CHECKING, Any
 
 from golf_build import BY_NAME
 from golf_impact.commands.console import say, warn
-from golf_impact.errors import UserError
-from golf_impact.quantities import LAWS_IN_WORDS, START, format_options
-from golf_impact.units import remarks, si_value, unit_of
+from golf_impact.data.errors import UserError
+from golf_impact.data.quantities import LAWS_IN_WORDS, START, format_options
+from golf_impact.data.units import remarks, si_value, unit_of
 
 if TYPE_CHECKING:
-    from golf_impact.ball import Ball
+    from golf_impact.data.balls import Ball
 
 #: What users look for here, and other FMUs have.
 _OF_A_SHOT = (
@@ -21,7 +21,7 @@ _OF_A_SHOT = (
 
 def complete_ball(incomplete: str) -> list[str]:
     """Names of balls for the completion of a shell."""
-    from golf_impact.ball import BALLS
+    from golf_impact.data.balls import BALLS
 
     return [name for name in BALLS if name.startswith(incomplete)]
 
@@ -40,7 +40,7 @@ def complete_output(incomplete: str) -> list[str]:
 
 def case_of(pairs: Iterable[str], names: Iterable[str]) -> tuple[dict[str, Any], "list[Ball]"]:
     """Numbers (SI) by name, of options --set and of the conditions of balls; and these balls."""
-    from golf_impact.ball import ball
+    from golf_impact.data.balls import ball
 
     values: dict[str, Any] = {}
     for name, text in pairs_of(pairs, "NAME=VALUE, e.g. --set k=8e5").items():
@@ -80,7 +80,7 @@ def take_conditions(balls: "Iterable[Ball]", given: Container[str]) -> dict[str,
 
     Warns about values that look like those of another unit.
     """
-    from golf_impact.ball import conditions_of
+    from golf_impact.data.balls import conditions_of
 
     balls = [*balls]
     for one in balls:

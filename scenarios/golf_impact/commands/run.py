@@ -8,15 +8,15 @@ from typer import Argument, Option
 
 from golf_impact.commands.console import RESULTS, err, out, print_table, progress, say, warn
 from golf_impact.commands.options import case_of, complete_ball, complete_setting, pairs_of
-from golf_impact.errors import MissingEngineError, MissingFileError, UserError
+from golf_impact.data.errors import MissingEngineError, MissingFileError, UserError
 
 if TYPE_CHECKING:
     import numpy as np
     from matplotlib.figure import Figure
 
-    from golf_impact.ball import Ball
+    from golf_impact.data.balls import Ball
     from golf_impact.fmu import Impact
-    from golf_impact.results import Result
+    from golf_impact.report.results import Result
 
 EPILOG = (
     "Examples: golf-impact run · golf-impact run baseline --no-figures · golf-impact run "
@@ -35,7 +35,7 @@ _FMU = "Use this FMU and those beside it; nothing is built."
 
 def complete_scenario(incomplete: str) -> list[str]:
     """Names of scenarios for the completion of a shell."""
-    from golf_impact.scripts import BY_NAME, SCENARIOS
+    from golf_impact.report.scripts import BY_NAME, SCENARIOS
 
     return [name for name in (*SCENARIOS, *BY_NAME) if name.startswith(incomplete)]
 
@@ -61,10 +61,12 @@ def run(
     NAME is a scenario or a script of your own. All scenarios, the default, print a line each; with
     NAME, --set or --ball tables and claims are printed. Exit code 1: a claim doesn't hold.
     """
-    from golf_impact import ball, files, scripts
+    from golf_impact.data import balls as ball
+    from golf_impact.data import files
+    from golf_impact.data.quantities import START
     from golf_impact.fmu import Impact
-    from golf_impact.quantities import START
-    from golf_impact.results import NO_NAME, write_results
+    from golf_impact.report import scripts
+    from golf_impact.report.results import NO_NAME, write_results
 
     values, own_balls = case_of(set_ or [], balls or ())
     own = bool(values or own_balls)
@@ -124,7 +126,7 @@ def name_of_case(values: Mapping[str, float], balls: "Sequence[Ball]") -> str:
     """The name of a case with these balls and values (SI units); another case has another one."""
     from hashlib import sha256
 
-    from golf_impact.quantities import format_shortest
+    from golf_impact.data.quantities import format_shortest
 
     stems = (Path(one.name).stem for one in balls)
     name = "_".join([*stems, *(f"{key}={format_shortest(x)}" for key, x in values.items())])
@@ -143,9 +145,9 @@ def own_case(
     """
     import numpy as np
 
-    from golf_impact.quantities import DEFAULT_LAW, QUANTITIES, NoValue, derived, describe
-    from golf_impact.results import Result
-    from golf_impact.runs import METRICS
+    from golf_impact.data.quantities import DEFAULT_LAW, QUANTITIES, NoValue, derived, describe
+    from golf_impact.data.runs import METRICS
+    from golf_impact.report.results import Result
 
     result = Result("Your case" if len(balls) < 2 else "Your cases")
     if len({Path(one.name).stem for one in balls}) < len(balls):
@@ -161,7 +163,7 @@ def own_case(
         result.cases[case] = found
         shown, errors = derived(result.cases[case], given), {}
         if one and one.covariance:
-            from golf_impact.intervals import result_intervals
+            from golf_impact.studies.intervals import result_intervals
 
             try:
                 errors = derived(result_intervals(one, given, METRICS), given, error=True)
@@ -194,7 +196,7 @@ def own_case(
 
 def plot_forces(curves: "Mapping[str, Mapping[str, np.ndarray]]") -> "Figure":
     """Contact force over time, of trajectories by label."""
-    from golf_impact.results import plotting
+    from golf_impact.report.results import plotting
 
     with plotting():
         import matplotlib.pyplot as plt

@@ -19,7 +19,7 @@ def stress(
 
     Exit code 1: an error is above its tolerance. stress.json has the case of each largest error.
     """
-    from golf_impact.files import as_json, write
+    from golf_impact.data.files import as_json, write
 
     result = run_by_name("stress", "stability", folder, quick=quick, seed=seed)
     write(folder / "stress.json", as_json({"checks": result.cases}))

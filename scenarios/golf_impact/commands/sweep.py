@@ -17,12 +17,12 @@ from golf_impact.commands.options import (
     pairs_of,
     take_conditions,
 )
-from golf_impact.errors import UserError
+from golf_impact.data.errors import UserError
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from golf_impact.sweeps import Design
+    from golf_impact.studies.sweep.sweep import Design
 
 EPILOG = (
     "Examples: golf-impact sweep --set k=0.5e6:2e6:100 --out k.csv · golf-impact sweep "
@@ -63,12 +63,12 @@ def sweep(
     Each case is a row: swept variables first, then outputs. Of two or more distributions without a
     grid, FILE.json has first-order and total Sobol indices with 95 % intervals.
     """
-    from golf_impact import files
-    from golf_impact.ball import ball
-    from golf_impact.quantities import DEFAULT_LAW
-    from golf_impact.sweep_table import write_table
-    from golf_impact.sweeps import OUTPUTS, Design, sobol_indices
-    from golf_impact.units import remarks
+    from golf_impact.data import files
+    from golf_impact.data.balls import ball
+    from golf_impact.data.quantities import DEFAULT_LAW
+    from golf_impact.data.units import remarks
+    from golf_impact.studies.sweep.sweep import OUTPUTS, Design, sobol_indices
+    from golf_impact.studies.sweep.table import write_table
 
     if out is None:
         raise UserError("no output file: give --out FILE.csv or FILE.parquet")
@@ -103,7 +103,7 @@ def sweep(
         if scheduler is None:
             summary = write_table(out, design, range(design.cases), impact, move)
         else:
-            from golf_impact.sweep_cluster import sweep_on_cluster
+            from golf_impact.studies.sweep.cluster import sweep_on_cluster
 
             summary = sweep_on_cluster(scheduler, out, design, move)
         seconds = time.perf_counter() - start
@@ -144,8 +144,8 @@ def _picture(design: Design, drawn: np.ndarray, indices: Mapping[str, Any]) -> b
     """A PNG image; empty if there are fewer than two values."""
     import numpy as np
 
-    from golf_impact.results import plotting, png
-    from golf_impact.sweep_picture import draw, draw_indices
+    from golf_impact.report.results import plotting, png
+    from golf_impact.studies.sweep.picture import draw, draw_indices
 
     if np.isfinite(drawn).sum() < 2:
         return b""

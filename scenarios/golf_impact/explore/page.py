@@ -13,13 +13,13 @@ import jinja2
 from markupsafe import Markup, escape
 
 from golf_build import BY_NAME, NATIVE_LAWS, VERSION
-from golf_impact import document
 from golf_impact.api import run_impact_anywhere
-from golf_impact.ball import BALLS, Ball
-from golf_impact.errors import UserError
-from golf_impact.files import read_toml, write
-from golf_impact.measured import ROH_LEE_FIGURES
-from golf_impact.quantities import (
+from golf_impact.data import document
+from golf_impact.data.balls import BALLS, Ball
+from golf_impact.data.errors import UserError
+from golf_impact.data.files import read_toml, write
+from golf_impact.data.measured import ROH_LEE_FIGURES
+from golf_impact.data.quantities import (
     QUANTITIES,
     START,
     Quantity,
@@ -27,8 +27,8 @@ from golf_impact.quantities import (
     format_unit,
     undefined_results,
 )
-from golf_impact.runs import METRICS, PATH
-from golf_impact.units import REMARKABLE, SYMBOLS, symbol_of
+from golf_impact.data.runs import METRICS, PATH
+from golf_impact.data.units import REMARKABLE, SYMBOLS, symbol_of
 
 _HERE = Path(__file__).parent
 _DATA = read_toml(_HERE / "page.toml")

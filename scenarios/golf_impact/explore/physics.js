@@ -1,4 +1,4 @@
-// The physics in WebAssembly: started, stepped and read by value references, by the rules of golf_impact.runs.
+// The physics in WebAssembly: started, stepped and read by value references, by the rules of golf_impact.data.runs.
 class Refused extends Error {
   constructor(message, about = "") { super(message); this.about = about }
 }

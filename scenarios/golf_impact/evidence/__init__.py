@@ -1,0 +1,1 @@
+"""What `bench` and `stress` compare the FMU with: reference, checks, other methods."""

@@ -1,0 +1,91 @@
+"""What `golf-impact doctor` finds: does an FMU load here, and what do hosts need for it?"""
+
+import importlib.metadata
+import os
+import platform
+import shlex
+import sys
+import sysconfig
+import tempfile
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from zipfile import ZipFile, is_zipfile
+
+from golf_build.native import binaries_of, this_machine
+from golf_impact.data.errors import UserError
+from golf_impact.fmu import current_fmu
+from golf_impact.fmu.file import TOLERANCE, check_temporary_folder, read_fmu, run_here
+
+Finding = tuple[str, str]
+
+
+def examine(path: Path | None) -> Iterator[Finding]:
+    """Level (ok, warning, problem) and text of each finding about this Python and a file.
+
+    Args:
+        path: an .fmu or .ssp file; None: the FMU of the current sources.
+    """
+    names = ("golf-impact", "fmpy", "pythonfmu")
+    versions = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in names)
+    machine = this_machine()
+    yield "ok", f"Python {platform.python_version()} ({sys.executable}), {versions}, {machine}"
+    try:
+        check_temporary_folder()
+        path = path or current_fmu()
+        yield from _examine_ssp(path) if _is_ssp(path) else _examine_fmu(path, str(path))
+    except UserError as error:
+        yield "problem", str(error)
+
+
+def _is_ssp(path: Path) -> bool:
+    # Not of a damaged file: reading it as an FMU has the reason.
+    if not (os.path.isfile(path) and is_zipfile(path)):
+        return False
+    with ZipFile(path) as archive:
+        return "SystemStructure.ssd" in archive.namelist() and archive.testzip() is None
+
+
+def _examine_ssp(path: Path) -> Iterator[Finding]:
+    with ZipFile(path) as archive, tempfile.TemporaryDirectory(prefix="golf-impact-") as folder:
+        inside = [name for name in archive.namelist() if name.endswith(".fmu")]
+        yield "ok", f"SSP: {path} has {len(inside)} FMUs"
+        for name in inside:
+            yield from _examine_fmu(Path(archive.extract(name, folder)), name)
+
+
+def _examine_fmu(path: Path, name: str) -> Iterator[Finding]:
+    files, compiled = read_fmu(path)
+    outputs, deviations = run_here(path)
+    results = ", ".join(f"{output} = {value:.6g}" for output, value in outputs.items())
+    yield "ok", f"FMU: {name} loads and runs here ({results})"
+    if compiled:
+        yield "ok", "FMU: its binaries were compiled anew from its own sources"
+    if deviations:
+        worst = max(deviations.values())
+        text = f"{len(deviations)} reference results in it, relative deviation {worst:.1e} at most"
+        yield "ok" if worst <= TOLERANCE else "problem", f"FMU: {text}"
+    yield "ok", f"FMU: it has binaries for {', '.join(sorted(binaries_of(files)))}"
+    yield _native_hosts(files)
+
+
+def _native_hosts(files: Iterable[str]) -> Finding:
+    """What hosts that aren't Python need for an FMU with these files."""
+    if not any(name.startswith("resources/") and name.endswith(".py") for name in files):
+        return "ok", "native hosts: this FMU needs nothing of Python"
+    if sys.platform == "win32":
+        return "ok", f"native hosts: set PATH={sys.base_prefix};%PATH%  (python3.dll is there)"
+    if library := find_libpython():
+        home = shlex.quote(sys.base_prefix)
+        return "ok", f"native hosts: LD_PRELOAD={shlex.quote(library)} PYTHONHOME={home} your-host"
+    version = f"{sys.version_info.major}.{sys.version_info.minor}"
+    return "warning", (
+        f"native hosts need libpython{version}, which isn't beside this Python; hosts written in "
+        f"Python don't (Debian, Ubuntu: apt-get install libpython{version}; conda has it)"
+    )
+
+
+def find_libpython() -> str | None:
+    """The shared library of this Python, which a native host needs for a pythonfmu FMU, or None."""
+    folder, name, triplet = map(sysconfig.get_config_var, ("LIBDIR", "INSTSONAME", "MULTIARCH"))
+    places = (os.path.join(folder or "", more, name or "") for more in ("", triplet or ""))
+    return next((place for place in places if ".so" in place and os.path.isfile(place)), None)

@@ -1,0 +1,1 @@
+"""Results of scenarios as files: JSON, pictures, report.html."""

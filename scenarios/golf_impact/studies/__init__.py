@@ -1,0 +1,1 @@
+"""Questions that take many impacts: sweeps, sensitivities, intervals, calibration, drives."""

@@ -1,0 +1,263 @@
+"""A calibration as sentences, tables of text, and data for calibrate.json."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from golf_build import VERSION
+from golf_impact.data.quantities import (
+    QUANTITIES,
+    Quantity,
+    format_to_error,
+    format_unit,
+    format_with_error,
+)
+from golf_impact.data.units import unit_of
+from golf_impact.studies.calibrate.fit import Estimate, enlargement
+from golf_impact.studies.calibrate.measurements import DEFAULT_SIGMA
+from golf_impact.studies.calibrate.series import BASELINES, IMPACT, TARGETS
+
+#: What is worth a sentence: a χ² that law and σ exceed less often, an AIC lower by this.
+_UNLIKELY, _BETTER = 0.01, 2.0
+
+#: A χ² below this is rounding, and what a calibration of as many targets as parameters leaves.
+_EXACT = 1e-4
+
+#: Title, columns, rows of text.
+Table = tuple[str, list[str], list[list[str]]]
+
+
+def describe_impact(impact: Mapping[str, float]) -> str:
+    """The impact in which scalars or a curve were measured."""
+    words = "{club_speed:g} m/s, club {m_club:g} kg, ball {m_ball:g} kg".format(**impact)
+    return words + (f", head pushed by {impact['club_force']:g} N" if impact["club_force"] else "")
+
+
+def describe_limits(parameters: Mapping[str, Estimate]) -> dict[str, str]:
+    """Of each parameter at its limit, how far from it the truth may be."""
+    words = {}
+    for name, (_, _, (low, high), limit) in parameters.items():
+        if limit is not None:
+            end = f"at most {high:.3g}" if limit == low else f"at least {low:.3g}"
+            words[name] = f"{end} {_quantity(name).unit}".rstrip()
+    return words
+
+
+def sentences(fit: Any) -> list[str]:
+    """What the numbers of a calibration say."""
+    data, words = fit.data, []
+    for name, end in describe_limits(fit.parameters).items():
+        limit = f"{name} is at its limit {fit.parameters[name].limit:g}"
+        words.append(f"{limit}: check club speed and mass. Its 95 % interval is one-sided, {end}.")
+    if default := [name for name, one in data.targets.measured.items() if not one.stated]:
+        words.append(f"σ is taken as {DEFAULT_SIGMA * 100:g} % of {', '.join(default)}.")
+    for name, curve in data.curves.items():
+        words += [f"{curve.name}: {note}." for note in (*curve.notes, _baseline(fit, name))]
+        if curve.step > 0.01 * curve.signal.max():
+            words.append(f"{curve.name} is resolved in steps of {curve.step:.3g} N.")
+    if data.cor_speeds:
+        words += [f"{data.cor_speeds.name}: {note}." for note in data.cor_speeds.notes]
+    if not data.sized and "k" not in fit.values:
+        words.append(
+            "k is undetermined: COR doesn't depend on it, so force, contact time and compression "
+            "don't follow; measure --curve or --measured contact_time=…."
+        )
+    for name in fit.estimated:
+        sigma = f"{fit.sigma[name][0]:.3g}, follows from its residuals"
+        words.append(f"σ of {data.series[name].name}, {sigma}; so χ² doesn't test the law.")
+    square = f"χ² = {_chi(fit.chi_squared)} with {fit.degrees_of_freedom} degrees of freedom"
+    if fit.probability is not None and fit.probability < _UNLIKELY:
+        why = "the law is wrong, σ is too small, or measurements contradict each other"
+        words.append(f"This law doesn't fit: {square} (probability {fit.probability:.1g}); {why}.")
+    elif fit.probability is not None:
+        chance = f"(probability of a larger one: {fit.probability:.2g})"
+        words.append(f"{square} is compatible with law and σ {chance}.")
+    elif fit.degrees_of_freedom <= 0:
+        met = "meets them exactly, so χ² doesn't test the law"
+        if fit.chi_squared > _EXACT:
+            met = f"can't meet them together ({square}) and comes as near as it can"
+        words.append(f"No more targets than parameters: {fit.title} {met}.")
+    for name, r in fit.row_correlations.items():
+        errors = f"enlarged by {enlargement(r):.2g}" if name in fit.estimated else "too small"
+        words.append(
+            f"Residuals of the {name} are correlated ({r:.2f}): the law misses its shape, or the "
+            f"noise is correlated; standard errors are {errors}."
+            + " Try --exponent free."
+            * (fit.law.exponent is not None)
+        )
+    if fit.chance_apart < 0.05:
+        chance = "1 %" if fit.chance_apart < 0.01 else "5 %"
+        words.append(
+            f"The curves differ by more than noise in k (probability below {chance}; club speeds "
+            "and masses count as exact)."
+        )
+    better = min((fit, *fit.fits), key=lambda other: other.aic)
+    if fit.aic - better.aic > _BETTER and not fit.is_exact:
+        lower = f"its AIC is lower by {fit.aic - better.aic:.3g}"
+        words.append(f"{better.title} describes these measurements better: {lower}.")
+    names = [*fit.parameters]
+    pairs = [
+        f"C({names[m]}, {names[n]}) = {fit.correlations[m, n]:.2f}".replace("-", "−")
+        for m, n in combinations(range(len(names)), 2)
+        if fit.correlations[m, n]
+    ]
+    return [*words, f"Correlations: {', '.join(pairs)}."] if pairs else words
+
+
+def _baseline(fit: Any, name: str) -> str:
+    """What is subtracted from a curve."""
+    curve, found = fit.data.curves[name], fit.curves[name]
+    if not curve.baseline:
+        return "baseline zero, nothing is subtracted"
+    offset = f"an offset of {format_with_error(*found['offset'][:2])} N"
+    if "drift" not in found:
+        return f"baseline constant, {offset} is subtracted"
+    length = curve.x[-1] - curve.x[0]
+    size = format_with_error(*(length * one for one in found["drift"][:2]))
+    return f"baseline linear, {offset} and a drift of {size} N over the record are subtracted"
+
+
+def tables(fit: Any) -> list[Table]:
+    """Parameters, measurements, predictions, and the comparison of laws; none is empty."""
+    data = fit.data
+    square = f"χ² = {_chi(fit.chi_squared)}, degrees of freedom {fit.degrees_of_freedom}"
+    at = f"{len(data.curves)} curves" if len(data.curves) > 1 else describe_impact(data.impact)
+    if not data.curves and not data.targets.measured:
+        at = "COR over speed"
+    labels = [QUANTITIES[name].label for name in fit.predictions]
+    size = "rms residual (N)" if data.curves else "χ²"
+    title, predictions = f"{fit.title} (law {fit.law.law})", "Predictions with 95 % intervals"
+    columns = ["", "measured", "σ", "model", "residual (σ)"]
+    found: list[Table] = [
+        (title, ["", "value ± standard error", "95 % interval"], _found(fit)),
+        (f"Measurements, {at}: {square}", columns, _measured(fit)),
+        (f"{predictions}, if the law holds", ["club speed (m/s)", *labels, ""], _predictions(fit)),
+        ("Contact laws compared", ["", "parameters", size, "ΔAIC"], _laws(fit)),
+    ]
+    return [table for table in found if table[2]]
+
+
+def _found(fit: Any) -> list[list[str]]:
+    found, rows = dict(fit.parameters), []
+    for curve, own in fit.curves.items():
+        number = curve.removeprefix("curve")
+        found |= {("touch_time" if of == "touch" else of) + number: own[of] for of in own}
+    for name, (value, error, ends, _) in found.items():
+        one, text = _quantity(name), f"{value:.6g} (at its limit)"
+        if error is not None:
+            error *= one.factor
+            text = format_with_error(value * one.factor, error)
+        interval = " to ".join(format_to_error(end * one.factor, error) for end in ends)
+        rows.append([name, f"{text} {one.unit}".rstrip(), interval])
+    return rows
+
+
+def _measured(fit: Any) -> list[list[str]]:
+    data, rows = fit.data, []
+    priors = {f"{name} (prior)": one for name, one in data.priors.measured.items()}
+    scalars = {**data.targets.measured, **priors}
+    residuals = [*fit.residuals.get("targets", []), *fit.residuals.get("priors", [])]
+    for (name, (value, sigma, _)), off in zip(scalars.items(), residuals):
+        one = QUANTITIES.get(TARGETS.get(name, ""), Quantity(name, decimals=6))
+        measured, model = map(one.format_value, (value, value + off * sigma))
+        residual = f"{off:+.2f}" if abs(off) >= 0.005 else "0.00"
+        rows.append([one.label, measured, f"{sigma * one.factor:.2g}", model, residual])
+    for name, series in data.series.items():
+        text = f"rms {np.sqrt(np.mean(fit.residuals[name] ** 2)):.2f}"
+        if name in data.curves:
+            text += f" ({fit.rms[name]:.3g} N), {series.impact['club_speed']:g} m/s"
+        sigma = f"{fit.sigma[name].mean():.3g}"
+        rows.append([series.name, f"{len(series.y)} rows", sigma, "", text])
+    return rows
+
+
+def _predictions(fit: Any) -> list[list[str]]:
+    """At three club speeds; beside another one than measured what the interval doesn't contain."""
+    if not fit.predictions:
+        return []
+    rows = [[f"{speed:g}"] for speed in fit.speeds]
+    for interval in fit.predictions.values():
+        for row, value, low, high in zip(rows, *interval):
+            text = format_with_error(value, high - value)
+            if not math.isclose(high - value, value - low, rel_tol=1e-6):
+                text = f"{value:.4g} ({low:.4g} to {high:.4g})"
+            row.append(text)
+    measured = [one.impact["club_speed"] for one in fit.data.curves.values()]
+    measured = measured or [fit.data.impact["club_speed"]]
+    for row, speed in zip(rows, fit.speeds):
+        words = ""
+        if fit.data.cor_speeds:
+            first, last = fit.data.cor_speeds.x.min(), fit.data.cor_speeds.x.max()
+            if not first <= speed <= last:
+                words = f"COR was measured from {first:.3g} to {last:.3g} m/s"
+        elif min(abs(speed - one) for one in measured) > 0.5:
+            words = "if COR didn't depend on speed; measured balls lose 0.0029 per m/s"
+        row.append(words)
+    return rows
+
+
+def _laws(fit: Any) -> list[list[str]]:
+    # Nothing is ranked by rounding.
+    least = min((law.aic for law in fit.fits if not law.is_exact), default=0.0)
+    exact, rows = any(law.is_exact for law in fit.fits), []
+    for law in fit.fits:
+        values = ", ".join(f"{name} = {one.value:.4g}" for name, one in law.parameters.items())
+        curves = ", ".join(f"{law.rms[name]:.4g}" for name in fit.data.curves)
+        delta = "exact" if law.is_exact else "–" if exact else f"{law.aic - least:.4g}"
+        rows.append([law.law.title, values, curves or _chi(law.chi_squared), delta])
+    return rows
+
+
+def as_json(fit: Any) -> dict[str, Any]:
+    """All of it, for calibrate.json (SI units); null where something isn't defined."""
+    data = fit.data
+    measured = zip(data.targets.measured.items(), fit.residuals.get("targets", ()))
+    targets = [
+        {"name": name, "target": one.value, "sigma": one.sigma, "sigma_given": one.stated}
+        | {"model": fit.predicted[name], "residual": float(off)}
+        for (name, one), off in measured
+    ]
+    series: dict[str, dict[str, Any]] = {}
+    for name, one in data.series.items():
+        sigma = {"sigma": float(fit.sigma[name].mean()), "sigma_given": one.sigma is not None}
+        series[name] = {"name": one.name, "rows": len(one.y), **sigma}
+        if name in data.curves:
+            own = {of: found.as_json() for of, found in fit.curves[name].items()}
+            series[name] |= {"conditions": dict(one.impact), "touch_time": own.pop("touch")}
+            series[name] |= {"baseline": BASELINES[len(one.baseline)], **own}
+    predictions: list[dict[str, Any]] = [{"club_speed": v} for v in fit.speeds.tolist()]
+    for name, interval in fit.predictions.items():
+        for row, *ends in zip(predictions, *(part.tolist() for part in interval)):
+            row[name] = dict(zip(interval._fields, ends))
+    return {
+        "version": VERSION,
+        "command": fit.command,
+        "conditions": {name: fit.values[name] for name in IMPACT},
+        **fit.numbers(),
+        "touch_time": series["curve"]["touch_time"] if data.curves else None,
+        "targets": targets,
+        "series": series,
+        "priors": {name: one._asdict() for name, one in data.priors.measured.items()},
+        "predictions": predictions,
+        "notes": sentences(fit),
+        "comparison": [law.numbers() for law in fit.fits],
+        "chance_of_one_stiffness": fit.chance_apart,
+    }
+
+
+def _quantity(name: str) -> Quantity:
+    """A parameter; k also of one curve, in a name such as k_2."""
+    if name.startswith("touch"):
+        return Quantity(name, unit="µs", factor=1e6)
+    of_curve = {"offset": "N", "drift": "N/s", "k": "N/m"}
+    return Quantity(name, unit=of_curve.get(name.partition("_")[0]) or format_unit(unit_of(name)))
+
+
+def _chi(square: float) -> str:
+    """χ² in text; what is left of an exact fit is rounding."""
+    return f"{square:.4g}" if square >= _EXACT else "0"

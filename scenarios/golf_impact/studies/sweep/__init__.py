@@ -1,0 +1,1 @@
+"""`golf-impact sweep`: many impacts, their table and picture."""

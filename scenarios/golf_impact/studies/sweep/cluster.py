@@ -1,0 +1,81 @@
+"""Sweeps on a Dask cluster: workers write parts of a Parquet file, which is a folder."""
+
+from __future__ import annotations
+
+import secrets
+import shutil
+from collections.abc import Callable
+from concurrent.futures import CancelledError
+from pathlib import Path
+
+import numpy as np
+
+from golf_build import VERSION
+from golf_impact.data.errors import UserError, first_line, missing_package
+from golf_impact.studies.sweep.sweep import Design
+from golf_impact.studies.sweep.table import BLOCK, Summary, write_table
+
+#: How long to wait for a scheduler and a worker.
+_PATIENCE = "30s"
+
+
+def sweep_on_cluster(
+    address: str, path: Path, design: Design, progress: Callable[[int], object]
+) -> Summary:
+    """As `write_table`, by the workers of the Dask scheduler at an address.
+
+    FILE.parquet is a folder on storage that all share; its files, in the order of their names, have
+    the cases in their order. UserError also: there is no such cluster, or it isn't fit for it.
+    """
+    try:
+        import distributed
+    except ImportError as error:
+        raise missing_package("--scheduler", "Dask", "cluster") from error
+    if path.suffix != ".parquet" or path.is_file():
+        raise UserError(f"--out {path} is refused: on a cluster it must be a folder FILE.parquet")
+    folder = path.absolute().with_name(f".{secrets.token_hex(6)}.part")
+    shared, done = folder / "shared", 0
+    try:
+        folder.mkdir(parents=True)
+        shared.touch()
+        with distributed.Client(address, timeout=_PATIENCE) as client:
+            client.wait_for_workers(1, timeout=_PATIENCE)
+            for worker, why in client.run(_unfit, VERSION, shared, path.parent).items():
+                if why:
+                    raise UserError(f"the worker {worker} {why}")
+            shared.unlink()
+            least = 4 * sum(client.nthreads().values())
+            count = min(design.cases, max(-(-design.cases // BLOCK), least))
+            ends = np.linspace(0, design.cases, count + 1).astype(int).tolist()
+            files = [folder / f"{n:06}.parquet" for n in range(count)]
+            cases = [*map(range, ends, ends[1:])]
+            sent = [client.scatter(design, broadcast=True)] * count
+            futures = client.map(write_table, files, sent, cases, retries=2)
+            for _, summary in distributed.as_completed(futures, with_results=True):
+                done += len(summary.drawn)
+                progress(done)
+            parts = client.gather(futures)
+        for unfinished in folder.glob(".*.part"):  # of a worker that was killed
+            unfinished.unlink()
+        if path.is_dir():
+            shutil.rmtree(path)
+        folder.rename(path)
+    # Workers of an earlier version lack an attribute or a module.
+    except (
+        distributed.KilledWorker, distributed.TimeoutError, CancelledError, OSError, ValueError,
+        ImportError, AttributeError,
+    ) as error:  # fmt: skip
+        raise UserError(
+            f"the Dask cluster at {address} can't do it ({first_line(error)}): start `dask "
+            "scheduler` and `dask worker` with this version of golf-impact and its extra cluster"
+        ) from error
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+    return Summary.of(parts)
+
+
+def _unfit(version: str, file: Path, folder: Path) -> str:
+    """Of a worker: why it can't take part."""
+    if version != VERSION:
+        return f"has golf-impact {VERSION}, not {version}"
+    return "" if file.exists() else f"doesn't share the folder {folder}"
