@@ -1,6 +1,7 @@
 """Fixtures for all tests: the built FMUs, and tables of reference cases."""
 
 import os
+import re
 import shutil
 import sys
 import tempfile
@@ -58,11 +59,25 @@ settings.register_profile("nightly", max_examples=10_000, print_blob=True, **_sl
 def pytest_addoption(parser):
     parser.addoption("--native", action="store_true", help="test the native FMUs instead")
     parser.addoption("--ci", action="store_true", help="also what takes long, as .ci/run does")
+    parser.addoption("--may-skip", help="fail if a test skips for a reason without this pattern")
 
 
 def pytest_configure(config):
     if not config.getoption("--hypothesis-profile"):
         settings.load_profile("ci" if config.getoption("--ci") else "few")
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_sessionfinish(session):
+    """What a machine has must be tested there: a skip that .ci/run can't explain is a failure."""
+    expected = session.config.getoption("--may-skip")
+    terminal = session.config.pluginmanager.get_plugin("terminalreporter")
+    if expected is None or terminal is None:
+        return
+    reasons = {report.longrepr[2] for report in terminal.stats.get("skipped", [])}
+    if unexplained := sorted(why for why in reasons if not re.search(expected, why)):
+        terminal.write_line(f"Tests skipped here that should run: {unexplained}", red=True)
+        session.exitstatus = 1
 
 
 @pytest.hookimpl(tryfirst=True)
