@@ -24,7 +24,8 @@ from golf_impact.report.scripts import BY_NAME, FOLDER, SCENARIOS
 
 PROJECT = read_toml(ROOT / "pyproject.toml")["project"]
 
-FOLDERS = ("fmu_src", "fmu_src/golf_physics/companions", "build", "scenarios", "tests")
+PACKAGES = ("scenarios/golf_impact/studies", "scenarios/golf_impact/evidence")
+FOLDERS = ("fmu_src", "fmu_src/golf_physics/companions", "build", "scenarios", *PACKAGES, "tests")
 DOCUMENTS = "README.md", ".github/CONTRIBUTING.md", *(f"{one}/README.md" for one in FOLDERS)
 
 

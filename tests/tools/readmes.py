@@ -1,14 +1,12 @@
-"""The tables in the READMEs that are made from the code.
+"""The table of variables in the README of the model.
 
-`python tests/tools/readmes.py` writes them anew; test_documents.py compares them.
+`python tests/tools/readmes.py` writes it anew; test_documents.py compares it.
 """
 
 import re
 from pathlib import Path
 
 from golf_physics.variables import VARIABLES
-
-from golf_impact.data.document import tables
 
 README = Path(__file__).resolve().parents[2] / "fmu_src" / "README.md"
 
@@ -31,28 +29,16 @@ def variables():
     return markdown(("name", "causality", "unit", "start", "allowed", "meaning"), rows)
 
 
-def document():
-    """What the document says and how it is read, as Markdown."""
-    parts = []
-    for n, (title, columns, cells) in enumerate(tables()):
-        rows = [[*row[:-1], f"`{row[-1]}`"] if n == 0 else row for row in cells]
-        parts.append(f"{title}:\n\n{markdown(columns, rows)}")
-    return "\n\n".join(parts)
-
-
-#: By the name in the comment before a table in the README.
-TABLES = {"variables": variables, "document": document}
-
-
 def updated(text):
-    """The README with these tables as they are now."""
+    """The README with the table of variables as it is now."""
+    start, end = "(<!-- variables:[^>]*-->\n)", "(<!-- end -->)"
     text, number = re.subn(
-        r"(<!-- (\w+):[^>]*-->\n).*?(<!-- end -->)",
-        lambda found: f"{found[1]}{TABLES[found[2]]()}\n{found[3]}",
+        f"{start}.*?{end}",
+        lambda found: f"{found[1]}{variables()}\n{found[2]}",
         text,
         flags=re.DOTALL,
     )
-    assert number == len(TABLES)
+    assert number == 1
     return text
 
 
