@@ -59,6 +59,7 @@ settings.register_profile("nightly", max_examples=10_000, print_blob=True, **_sl
 def pytest_addoption(parser):
     parser.addoption("--native", action="store_true", help="test the native FMUs instead")
     parser.addoption("--ci", action="store_true", help="also what takes long, as .ci/run does")
+    parser.addoption("--update", action="store_true", help="write files of expected output anew")
     parser.addoption("--may-skip", help="fail if a test skips for a reason without this pattern")
 
 
