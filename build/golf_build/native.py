@@ -179,7 +179,7 @@ class NativeBuilder(Builder):
         fmi = self.fmi
         folder, headers = fmu_source("native"), Path(fmpy.__file__).parent / "c-code"
         found = {file.name: file.read_bytes() for file in folder.glob("*.[ch]")}
-        for other in (f"fmi{5 - fmi}.c", "page.c"):
+        for other in (f"fmi{5 - fmi}.c", "rows.c"):
             found.pop(other)
         found |= {name: (headers / name).read_bytes() for name in _HEADERS[fmi]}
         return found | {"variables.h": header(fmi, token, self.start).encode()}

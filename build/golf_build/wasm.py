@@ -28,7 +28,7 @@ _NOTICES = {
 
 
 def build() -> dict[str, bytes]:
-    """Compile page.c; returns the files physics.wasm and physics.txt, its notices, by name.
+    """Compile rows.c; returns the files physics.wasm and physics.txt, its notices, by name.
 
     Raises:
         NativeError: ziglang is missing or of another version, or fails.
@@ -37,7 +37,7 @@ def build() -> dict[str, bytes]:
     if zig is None:
         needs = f"the page's WebAssembly needs ziglang {ZIGLANG} for its bytes"
         raise NativeError(f"{needs}: {install_command('native')}")
-    command = [*ZIG_CC, *_FLAGS, "page.c", "-o", "physics.wasm"]
+    command = [*ZIG_CC, *_FLAGS, "rows.c", "-o", "physics.wasm"]
     wasm = compiled(command, c_sources(digest()), "physics.wasm")
     notices = (f"{name}\n\n{(zig / file).read_text()}" for name, file in _NOTICES.items())
     return {"physics.wasm": wasm, "physics.txt": "\n\n".join(notices).encode()}

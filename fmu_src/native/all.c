@@ -3,6 +3,7 @@
    FMI3_FUNCTION_PREFIX are honoured. */
 
 #include "physics.c"
+#include "directional_derivatives.c"
 #include "state.c"
 
 #if FMI_VERSION == 3

@@ -59,15 +59,9 @@ typedef struct {
     Snapshot is;
 } Component;
 
-#if FMI_VERSION
 /* Of model_exchange.c. */
 static void begin_solution(Component *c);
 static void evaluate_solution(Component *c);
-#else
-/* The page steps alone. */
-static void begin_solution(Component *c) { (void)c; }
-static void evaluate_solution(Component *c) { (void)c; }
-#endif
 
 /* REFUSALS */
 

@@ -103,9 +103,7 @@ static double output_contact_displacement(Component *c, Impact *i)
 {
     if (!has_touched(i)) return 0.0;
     if (i->phase == FLIGHT) return i->flight.at_separation.x_ball;
-#if FMI_VERSION
     if (c->is.is_solved) return state_now(c)->x_ball - i->touch.x_ball;
-#endif
     return state_since_touch(i, &c->is.parameters, elapsed(i, instant_now(c))).x_ball;
 }
 
@@ -129,10 +127,7 @@ static double output_kinetic_energy(Component *c, Impact *i)
     return 0.5 * twice_kinetic_energy(&c->is.parameters, v_club, v_ball);
 }
 
-#if FMI_VERSION
 #include "model_exchange.c"
-#include "directional_derivatives.c"
-#endif
 #if FMI_VERSION == 3
 #include "events.c"
 #endif
@@ -141,10 +136,8 @@ static double output_kinetic_energy(Component *c, Impact *i)
 static double output(Component *c, uint32_t reference)
 {
     Impact *i = present(c);
-#if FMI_VERSION
     if (c->is.is_solved && needs_history(reference)) return NAN;
     if (c->is.is_solved && reference == VR_impulse && has_touched(i)) return impulse_of_solution(c);
-#endif
     switch (reference) {
 #define CASE(name) case VR_##name: return output_##name(c, i);
     OUTPUTS(CASE)

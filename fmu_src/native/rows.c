@@ -1,6 +1,16 @@
-/* Rows of impacts, each in one communication step, and one impact at many instants: what Python's
-   functions compute (golf_impact/engine.py). Values and results lie in `space`, in columns. A row
-   needs no instance: the impact of its values, and the results that are read. */
+/* The physics as WebAssembly, for Python's functions (golf_impact/engine.py) and the page: rows of
+   impacts, each in one communication step, and one impact at many instants. Values and results lie in
+   `space`, in columns; a sentence that says why something is refused is at `text`. Nothing is imported:
+   no input, no output. */
+
+#include "physics.c"
+
+/* wasi-libc's would import a source of random numbers. */
+uintptr_t __stack_chk_guard = 1;
+void __stack_chk_fail(void);
+void __stack_chk_fail(void) { __builtin_trap(); }
+
+#define EXPORT(name) __attribute__((export_name(#name)))
 
 /* The most rows, or instants, of one call. */
 enum { ROWS = 4096 };
@@ -18,11 +28,14 @@ static struct {
 enum { REFUSED, NOT_TOUCHED, TOUCHED, SEPARATED };
 
 static Component solver;
+static char sentence[SENTENCE_SIZE];
 
 EXPORT(space) void *rows_space(void) { return &space; }
 
 /* Names the sources that this module was compiled from. */
 EXPORT(token) const char *rows_token(void) { return TOKEN; }
+
+EXPORT(text) const char *rows_text(void) { return sentence; }
 
 /* A communication step (s) within which the bodies touch and separate, if they ever do: horizon of
    golf_impact/runs.py. */
@@ -116,14 +129,21 @@ enum { IS_ACCEPTED = -1 };
 
 static int keep(Refusal why)
 {
+    Text text = {sentence, sentence + sizeof sentence - 1};
     *sentence = 0;
     if (!why.reason) return IS_ACCEPTED;
-    solver.report = keep_report;
-    report_one(&solver, why);
-    solver.report = NULL;
-    if (why.reason == OUT_OF_RANGE) return why.place;
-    int place = why.prevented ? -1 : place_of((uint32_t)about(why.reason));
-    return place < 0 ? SETTABLE : place;
+    put_refusal(&text, &why);
+    if (why.prevented) return SETTABLE;
+    switch (why.reason) {
+    case OUT_OF_RANGE: return why.place;
+    case EXPONENT_WITH_LAW_1: return PLACES[VR_exponent];
+    case RESTITUTION_AT_REST_WITH_LAW_1: return PLACES[VR_restitution_at_rest];
+    case DAMPING_RATIO: return PLACES[VR_b];
+    case TOUCH: return PLACES[VR_club_speed];
+    case LARGE_PUSH:
+    case LARGE_PUSH_OF_POWER_LAW: return PLACES[VR_club_force];
+    default: return SETTABLE;
+    }
 }
 
 /* Whether a row is accepted. */

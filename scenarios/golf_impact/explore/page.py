@@ -104,11 +104,8 @@ def _facts(values: Mapping[str, float], own: Ball | None) -> dict[str, Any]:
     balls = {**BALLS, own.name: own} if own else BALLS
     return {
         "version": VERSION,
-        "inputs": {
-            name: {"reference": BY_NAME[name].reference, "start": value}
-            for name, value in START.items()
-        },
-        "outputs": {row.name: row.reference for row in BY_NAME.values() if row.start is None},
+        "inputs": {name: {"start": value} for name, value in START.items()},
+        "outputs": {r.name: r.reference for r in BY_NAME.values() if r.causality == "output"},
         "metrics": METRICS,
         "path": PATH,
         "undefined": {

@@ -1,4 +1,4 @@
-// The physics in WebAssembly: started, stepped and read by value references, by the rules of golf_impact.data.runs.
+// The physics in WebAssembly (fmu_src/native/rows.c), by the rules of golf_impact.data.runs.
 class Refused extends Error {
   constructor(message, about = "") { super(message); this.about = about }
 }
@@ -9,36 +9,43 @@ const BEFORE = 8, WITHIN = 100, AFTER = 16, SWEPT = 25
 // Bodies that approach no faster, m/s, don't touch.
 const SLOWEST = 1e-30
 
+// As in rows.c: the most rows, or instants, of a call; how a row ends.
+const ROWS = 4096, REFUSED = 0, TOUCHED = 2, SEPARATED = 3
+
 class Physics {
   constructor(wasm, facts) {
-    Object.assign(this, {wasm, facts})
+    Object.assign(this, {wasm, facts, inputs: Object.keys(facts.inputs), outputs: Object.keys(facts.outputs)})
     wasm._initialize()
+    // The memory that rows.c shares; it never grows. The last column of the values has instants.
+    let at = wasm.space()
+    const shared = (Numbers, length) => {
+      const part = new Numbers(wasm.memory.buffer, at, length)
+      at += part.byteLength
+      return part
+    }
+    this.values = shared(Float64Array, (this.inputs.length + 1) * ROWS)
+    this.results = shared(Float64Array, this.outputs.length * ROWS)
+    shared(Uint32Array, this.outputs.length).set(Object.values(facts.outputs))
+    this.ends = shared(Uint8Array, ROWS)
+    this.counts = shared(Int32Array, 2)
   }
 
-  refusal(about) {
+  // Throws why values are refused, by the place of the input to be corrected, if there is one.
+  check(place) {
+    if (place < 0) return
     const bytes = new Uint8Array(this.wasm.memory.buffer, this.wasm.text())
-    const text = new TextDecoder().decode(bytes.subarray(0, bytes.indexOf(0)))
-    return new Refused(text || "This impact leaves the range of double precision.", about)
+    throw new Refused(new TextDecoder().decode(bytes.subarray(0, bytes.indexOf(0))), this.inputs[place])
   }
 
-  start(values) {
-    const {wasm, facts: {inputs}} = this
-    wasm.reset()
-    for (const name in values) if (!wasm.set(inputs[name].reference, values[name])) throw this.refusal(name)
-    if (wasm.start()) return
-    const reference = wasm.about()
-    throw this.refusal(Object.keys(inputs).find((name) => inputs[name].reference == reference))
+  // Set the values of the first row, and a number of rows or instants.
+  prepare(values, count) {
+    this.inputs.forEach((name, n) => { this.values[n * ROWS] = values[name] })
+    this.counts.set([count, this.outputs.length])
   }
 
-  step(point, size) {
-    // A step alone is refused where it would reach a touch at a speed for which COR leaves 0 to 1.
-    if (!this.wasm.step(point, size)) throw this.refusal("club_speed")
-  }
-
-  read(name) {
-    const value = this.wasm.get(this.facts.outputs[name])
-    if (!Number.isFinite(value)) throw this.refusal()
-    return value
+  // Results of a row, or at an instant, by name.
+  read(names, row) {
+    return Object.fromEntries(names.map((name) => [name, this.results[this.outputs.indexOf(name) * ROWS + row]]))
   }
 
   // The contact time without damping, s; an estimate if the exponent isn't 1.
@@ -49,26 +56,14 @@ class Physics {
     return Math.PI * d_r * (0.5 * (n + 1) * ratio * ratio) ** (1 / (n + 1)) / closing
   }
 
-  // A communication step, s, within which the bodies touch and separate, if they ever do.
-  horizon(values) {
-    const {gap, club_speed, ball_speed} = values
-    const step = Math.max(1, 20 * this.halfPeriod(values)) + (club_speed - ball_speed > SLOWEST ? gap / (club_speed - ball_speed) : 0)
-    return step > 0 && step < Infinity ? step : 1
-  }
-
   // Results of an impact, with what follows from them and the values; `touched` and `separated`.
   impact(values) {
-    this.start(values)
-    this.step(0, this.horizon(values))
-    let separated = this.read("separated") == 1
-    if (values.club_force && separated) {
-      // At separation: the head goes on accelerating.
-      const end = this.read("touch_time") + this.read("contact_time")
-      this.start(values)
-      this.step(0, end * (1 + 2 ** -51))
-    }
-    const m = Object.fromEntries(this.facts.metrics.map((name) => [name, this.read(name)])), touched = this.read("touched") == 1
-    const work = values.club_force ? values.club_force * (this.read("club_position") - values.ball_speed * m.touch_time) : 0
+    this.prepare(values, 1)
+    this.wasm.impacts()
+    const end = this.ends[0], touched = end >= TOUCHED, separated = end == SEPARATED
+    if (end == REFUSED) this.check(this.wasm.explain(0))
+    const m = this.read(this.facts.metrics, 0), {club_position} = this.read(["club_position"], 0)
+    const work = values.club_force ? values.club_force * (club_position - values.ball_speed * m.touch_time) : 0
     for (const name of this.facts.undefined[separated ? "separated" : touched ? "touched" : "apart"]) m[name] = NaN
     const {m_club, m_ball, club_speed, ball_speed, ball_diameter} = values
     const before = m_club * club_speed + m_ball * ball_speed, energy = energyOf(m_club, club_speed) + energyOf(m_ball, ball_speed)
@@ -94,13 +89,12 @@ class Physics {
     const times = [...new Set(points)].sort((a, b) => a - b)
     if (times.length < BEFORE + WITHIN + AFTER || times.at(-1) + lead == times.at(-1))
       throw new Refused(`A contact of ${contact.toPrecision(3)} s is too short or too long to be drawn.`)
-    this.start(touched ? {...values, gap: (club_speed - ball_speed) * lead} : values)
-    const path = {time: times.map((time) => time - lead)}, moved = ball_speed * lead
-    for (const name of this.facts.path) path[name] = []
-    times.forEach((time, n) => {
-      if (n) this.step(times[n - 1], time - times[n - 1])
-      for (const name of this.facts.path) path[name].push(this.read(name))
-    })
+    this.prepare(touched ? {...values, gap: (club_speed - ball_speed) * lead} : values, times.length)
+    times.forEach((time, n) => { this.values[this.inputs.length * ROWS + n] = time })
+    this.check(this.wasm.begin(times.at(-1)))
+    this.check(this.wasm.instants(0))
+    const rows = times.map((time, n) => ({time: time - lead, ...this.read(this.facts.path, n)})), moved = ball_speed * lead
+    const path = Object.fromEntries(["time", ...this.facts.path].map((name) => [name, rows.map((row) => row[name])]))
     for (const name of ["club_position", "ball_position"]) path[name] = path[name].map((x) => x - moved)
     return {...path, ...this.balances(values, path)}
   }
