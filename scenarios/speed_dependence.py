@@ -28,7 +28,7 @@ def run(impact):
         impact(**{**BALLS["penner"].values, "club_speed": 300.0})
         refused = False
     except UserError as error:
-        refused = "restitution_slope" in str(error)
+        refused = "restitution_slope" in error.reason
 
     cor, time = "coefficient_of_restitution", "contact_time"
     result.claims = {

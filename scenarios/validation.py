@@ -6,7 +6,7 @@ import matplotlib.pyplot as plt
 
 from golf_impact.data import measured
 from golf_impact.data.balls import BALLS
-from golf_impact.data.errors import MissingFileError
+from golf_impact.data.errors import UnavailableError
 from golf_impact.data.quantities import QUANTITIES, describe, format_percent
 from golf_impact.fmu import Fmu
 from golf_impact.scenario import Result, main
@@ -103,7 +103,7 @@ def predictions(impact):
         add(one["what"], one["value"] * factor, ours * factor)
     try:
         files = impact.companion("Launch.fmu"), impact.companion("BallFlight.fmu")
-    except MissingFileError as error:
+    except UnavailableError as error:
         return rows, f"Spin and flight are left out: {error}. "
     with Fmu(files[0]) as launch, Fmu(files[1]) as flight:
         for s in (measured.PGA[club] for club in CLUBS):

@@ -26,6 +26,7 @@ import golf_physics
 from golf_physics import variables as tables
 
 from golf_build.archive import SUMS, checksums, scratch
+from golf_build.errors import UnavailableError, UserError
 from golf_build.extras import install_command
 from golf_build.fmi2 import TABLES
 from golf_build.native_header import NATIVE_LAWS, header, native_row
@@ -58,10 +59,6 @@ _HEADERS = {
 #: Parts of a universal file begin at pages, which arm64 has of 2^14 bytes.
 _ALIGNMENT = 14
 _PAGE = 1 << _ALIGNMENT
-
-
-class NativeError(Exception):
-    """This machine can't build a native FMU; the message says what it lacks."""
 
 
 class Target(NamedTuple):
@@ -146,7 +143,7 @@ class NativeBuilder(Builder):
         return digest.hexdigest()
 
     def files(self) -> dict[str, bytes]:
-        """The FMU's files by name; NativeError if there is no compiler, or it fails."""
+        """The FMU's files by name; UserError if there is no compiler, or it fails."""
         fmi, model, token = self.fmi, self.model, self.guid()
         targets, sources = _targets(fmi, self.here), self._sources(token)
         made = {f"sources/{name}": data for name, data in sources.items()}
@@ -242,9 +239,9 @@ def _targets(fmi: int, here: bool) -> list[Target]:
         folder = f"{platform.system().lower()}64"
         mine = [target._replace(folders={2: folder, **target.folders}) for target in mine]
     if mine and fmi not in mine[0].folders:
-        raise NativeError(f"--native is refused for FMI 2.0 on {this_machine()}: use --fmi 3")
+        raise UnavailableError(f"--native is refused for FMI 2.0 on {this_machine()}: use --fmi 3")
     if not mine or (ziglang() is None and shutil.which(_cc()) is None):
-        raise NativeError(
+        raise UnavailableError(
             f"{'--fmi 3' if fmi == 3 else '--native'} needs a C compiler: {advice()}; for this "
             f"platform alone {_cc()} does, if it is installed"
         )
@@ -268,25 +265,21 @@ def _library(target: Target, sources: dict[str, bytes], model: str) -> bytes:
         command += [*_FLAGS, "-s", "-shared", "all.c", "-o", out]
         command += ["-fPIC", "-lm"] if target.suffix != ".dll" else []
         command += [f"-Wl,-install_name,@rpath/{out}"] if target.suffix == ".dylib" else []
-    try:
-        made = compiled(command, sources | _ENTITLEMENTS, out)
-    except NativeError as error:
-        errors = [line for line in str(error).splitlines() if "error" in line]
-        why = errors[0] if errors else "without a message"
-        text = f"--native: {command[0]} fails on all.c for {target.zig}: {why}"
-        raise NativeError(text) from error
+    made = compiled(command, sources | _ENTITLEMENTS, out, f"all.c for {target.zig}")
     return _timeless(made) if target.suffix == ".dll" else made
 
 
-def compiled(command: list[str], sources: dict[str, bytes], out: str) -> bytes:
-    """What a compiler makes of sources; NativeError with its messages if it fails."""
+def compiled(command: list[str], sources: dict[str, bytes], out: str, what: str) -> bytes:
+    """What a compiler makes of sources; UserError with its first message if it fails."""
     with scratch(sources) as folder:
         # zig keeps what it has compiled: its libraries below the home folder, this here, where no
         # other build at the same time replaces it.
         env = {"HOME": tempfile.gettempdir(), **os.environ, "ZIG_LOCAL_CACHE_DIR": str(folder)}
         done = subprocess.run(command, cwd=folder, env=env, capture_output=True, text=True)
         if done.returncode:
-            raise NativeError(done.stderr.strip())
+            errors = (line for line in done.stderr.splitlines() if "error" in line)
+            why = next(errors, "without a message")
+            raise UserError(f"--native: {command[0]} fails on {what}: {why}")
         return (folder / out).read_bytes()
 
 

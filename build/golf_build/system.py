@@ -151,7 +151,7 @@ class System:
 
         Raises:
             OSError: it can't be written.
-            NativeError: this machine can't build native FMUs.
+            UserError: this machine can't build native FMUs.
         """
         files = {"SystemStructure.ssd": self.structure()}
         for name, builder in self.builders(native).items():

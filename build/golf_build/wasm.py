@@ -7,8 +7,9 @@ page has them. The same sources make the same bytes on every machine: ziglang is
 from pathlib import Path
 
 from golf_build.archive import whole
+from golf_build.errors import UnavailableError
 from golf_build.extras import install_command
-from golf_build.native import ZIG_CC, ZIGLANG, NativeError, compiled, ziglang
+from golf_build.native import ZIG_CC, ZIGLANG, compiled, ziglang
 from golf_build.sources import c_sources, digest
 
 #: -Oz makes it 2 % smaller and 1.1 to 1.6 times slower, -O2 a third larger and hardly faster.
@@ -31,12 +32,12 @@ def build() -> dict[str, bytes]:
     """Compile rows.c; returns the files physics.wasm and physics.txt, its notices, by name.
 
     Raises:
-        NativeError: ziglang is missing or of another version, or fails.
+        UserError: ziglang is missing or of another version, or fails.
     """
     zig = ziglang()
     if zig is None:
         needs = f"the page's WebAssembly needs ziglang {ZIGLANG} for its bytes"
-        raise NativeError(f"{needs}: {install_command('native')}")
+        raise UnavailableError(f"{needs}: {install_command('native')}")
     command = [*ZIG_CC, *_FLAGS, "rows.c", "-o", "physics.wasm"]
     wasm = compiled(command, c_sources(digest()), "physics.wasm")
     notices = (f"{name}\n\n{(zig / file).read_text()}" for name, file in _NOTICES.items())

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from golf_build import BY_NAME
 from golf_impact import engine
-from golf_impact.data.errors import MissingEngineError, UserError, unknown_name
+from golf_impact.data.errors import UnavailableError, UserError, refused, unknown_name
 from golf_impact.data.quantities import START, undefined_results
 from golf_impact.data.runs import FLAGS, METRICS, PATH, ImpactArrays, Named, instants_of
 from golf_impact.data.units import number
@@ -77,7 +77,7 @@ def run_impact_anywhere(**values: Any) -> Mapping[str, float]:
     """As `run_impact`; through the FMU where the engine can't be used."""
     try:
         return run_impact(**values)
-    except MissingEngineError:
+    except UnavailableError:
         from golf_impact.fmu import Impact
 
         with Impact() as impact:
@@ -180,7 +180,7 @@ def run_trajectory(
     if times is None:
         if not isinstance(points, Integral) or points < 2:
             why = "it must be a whole number of at least 2"
-            raise UserError(f"points = {points!r} is refused: {why}", "points", points, why)
+            raise refused("points", points, why)
         touch, contact = run_impact(("touch_time", "contact_time"), **numbers).values()
         instants = rising = instants_of(numbers, touch, contact, int(points))
     else:
@@ -189,10 +189,10 @@ def run_trajectory(
         if not accepted.all():
             given = instants[~accepted][0].item()
             why = f"each must be a number of 0 to {_LATEST:g} s"
-            raise UserError(f"times with {given!r} are refused: {why}", "times", given, why)
+            raise refused("times", given, why)
         if "mean_force" in outputs:
             why = "it is that of a communication step; use points"
-            raise UserError(f"mean_force is refused with times: {why}", "mean_force", reason=why)
+            raise refused("mean_force", None, why, "mean_force with times")
         rising, places = np.unique(instants, return_inverse=True)
     samples = engine.run_instants(outputs, numbers, rising)
     if times is not None:
@@ -230,7 +230,7 @@ def _array(name: str, value: Any) -> Any:
         return np.asarray(np.ma.filled(array.astype(float, casting="same_kind"), np.nan))
     except (TypeError, ValueError, OverflowError):
         why = "it must be a number or an array of them"
-        raise UserError(f"{name} is refused: {why}", name, value, why) from None
+        raise refused(name, value, why, name) from None
 
 
 def columns_of(values: Mapping[str, Any]) -> tuple[dict[str, Any], tuple[int, ...]]:

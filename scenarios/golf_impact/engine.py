@@ -21,7 +21,7 @@ import numpy as np
 
 from golf_build import BY_NAME
 from golf_build.sources import digest
-from golf_impact.data.errors import MissingEngineError, UserError, first_line
+from golf_impact.data.errors import UnavailableError, UserError, first_line, refusal, refused
 from golf_impact.data.quantities import START
 
 #: As in rows.c: the most rows, or instants, of a call; how a row ends.
@@ -141,7 +141,7 @@ def number_of_threads(given: int | None = None) -> int:
         return len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
     if not text.isdecimal() or int(text) < 1:
         why = "it must be a whole number of at least 1"
-        raise UserError(f"{name} = {text} is refused: {why}", name, text, why)
+        raise refused(name, text, why, f"{name} = {text}")
     return int(text)
 
 
@@ -202,7 +202,7 @@ class _Engine:
         if variable == "law":
             sentence += _OTHER_LAWS
         value = values.get(variable, START.get(variable))
-        raise UserError(sentence, variable, value, sentence.partition(": ")[2])
+        raise refusal(sentence, variable, value)
 
 
 _idle: list[_Engine] = []
@@ -232,7 +232,7 @@ def _module() -> Any:
         import wasmtime
     # Of another platform it has no library; of some it says so by a RuntimeError.
     except (ImportError, OSError, RuntimeError) as error:
-        raise MissingEngineError(
+        raise UnavailableError(
             f"this needs wasmtime, which can't be loaded ({first_line(error)}): install a wheel of "
             "it for this platform, or use golf_impact.Impact and `golf-impact run`"
         ) from error

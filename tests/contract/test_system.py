@@ -180,7 +180,7 @@ def test_a_native_impact_gives_the_same_drive(by_our_host, monkeypatch, tmp_path
     monkeypatch.setattr(native, "ziglang", lambda: None)
     try:
         ssp = SYSTEM.build(tmp_path / "native.ssp", native=True)
-    except native.NativeError as error:
+    except golf_impact.UserError as error:
         pytest.skip(str(error))
     assert run_in("fmpy", ssp, 1e-3) == pytest.approx(by_our_host(1e-3), rel=1e-12)
 

@@ -65,7 +65,7 @@ def test_the_wasm_is_made_from_these_sources():
     wasm = pytest.importorskip("golf_build.wasm", reason="the sources in C aren't here")
     try:
         made = wasm.build()
-    except wasm.NativeError as error:
+    except golf_impact.UserError as error:
         pytest.skip(str(error))
     for name, data in made.items():
         file = ROOT / "scenarios" / "golf_impact" / "explore" / name

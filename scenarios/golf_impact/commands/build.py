@@ -48,8 +48,6 @@ def build(
         made = [builder.build(out)]
         if system:
             made += systems.build(made[0].parent, native).values()
-    except in_c.NativeError as error:
-        raise UserError(str(error)) from error
     except OSError as error:
         raise UserError(f"can't write {out}: {error.strerror or error}") from error
     print(*made, sep="\n")

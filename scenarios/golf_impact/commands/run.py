@@ -8,7 +8,7 @@ from typer import Argument, Option
 
 from golf_impact.commands.console import RESULTS, err, out, print_table, progress, say, warn
 from golf_impact.commands.options import case_of, complete_ball, complete_setting, pairs_of
-from golf_impact.data.errors import MissingEngineError, MissingFileError, UserError
+from golf_impact.data.errors import UnavailableError, UserError
 
 if TYPE_CHECKING:
     import numpy as np
@@ -93,7 +93,7 @@ def run(
             advance(n, f"running {path.stem}")
             try:
                 results[path.stem] = scripts.run_script(path, impact)
-            except MissingFileError as error:
+            except UnavailableError as error:
                 warn(f"{path.stem} is left out: {error}.")
         speed = values.get("club_speed", START["club_speed"]) - values.get("ball_speed", 0.0)
         for words in ball.range_remarks(own_balls, speed):
@@ -167,7 +167,7 @@ def own_case(
 
             try:
                 errors = derived(result_intervals(one, given, METRICS), given, error=True)
-            except MissingEngineError as error:
+            except UnavailableError as error:
                 warn(f"Intervals of {one.name} are left out: {error}.")
             if any(errors.values()):
                 result.words = "Intervals are 95 %, from the covariance in the ball's file."

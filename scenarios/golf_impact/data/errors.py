@@ -1,32 +1,29 @@
-"""Errors that a user can correct."""
+"""Errors that a user can correct, and how they are worded."""
 
 from collections.abc import Collection
 from typing import Any
 
+from golf_build.errors import UnavailableError as UnavailableError
+from golf_build.errors import UserError as UserError
 
-class UserError(Exception):
-    """An error in one line: what was given, what is allowed, what to do. The exit code is 2.
 
-    Args:
-        message: in one line.
-        variable: the name of the variable to be corrected, if it is a single one.
-        value: the refused value.
-        reason: what is allowed, and what to do.
+def refused(variable: str, value: Any, reason: str, given: str = "") -> UserError:
+    """The error for a value that isn't allowed.
+
+    `given` is how it was given, "k=8e5" or "mine.toml: k = 8e5"; by default "k = 8e5".
     """
-
-    def __init__(
-        self, message: str, variable: str = "", value: Any = None, reason: str = ""
-    ) -> None:
-        super().__init__(message)
-        self.variable, self.value, self.reason = variable, value, reason
+    what = given or f"{variable} = {value!r}"
+    return UserError(f"{what} is refused: {reason}", variable, value, reason)
 
 
-class MissingFileError(UserError):
-    """A scenario needs a further FMU or system that isn't there."""
+def refusal(sentence: str, variable: str = "", value: Any = None) -> UserError:
+    """The error for what an FMU or the engine rejects, which is text: "k = -1 N/m is refused: …".
 
-
-class MissingEngineError(UserError):
-    """wasmtime, which `golf_impact.engine` needs, can't be used here."""
+    `variable` and `value` are what was set, where that is known.
+    """
+    what, _, reason = sentence.partition(": ")
+    name = what.partition(" = ")[0]
+    return UserError(sentence, variable or (name if name.isidentifier() else ""), value, reason)
 
 
 def first_line(error: BaseException | str) -> str:
@@ -53,4 +50,4 @@ def missing_package(what: str, package: str, extra: str, otherwise: str = "") ->
     from golf_build.extras import install_command
 
     line = f"{what} needs {package}: install it with `{install_command(extra)}`"
-    return UserError(f"{line}{otherwise}")
+    return UnavailableError(f"{line}{otherwise}")

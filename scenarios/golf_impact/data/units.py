@@ -8,7 +8,7 @@ from math import pi
 from typing import Any
 
 from golf_build import BY_NAME, UNITS
-from golf_impact.data.errors import UserError
+from golf_impact.data.errors import refused
 
 _NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S.*)")
 
@@ -99,7 +99,7 @@ def number(name: str, value: Any, unit: str | None = None) -> float:
         why = "it must be a number in SI units, or text with a unit"
         if isinstance(value, str):
             why = str(error)
-        raise UserError(f"{name} = {value!r} is refused: {why}", name, value, why) from None
+        raise refused(name, value, why) from None
 
 
 def si_values(texts: Iterable[str], unit: str) -> list[float]:

@@ -13,7 +13,7 @@ import pythonfmu.builder  # noqa: F401
 
 from golf_build import archive, native, packaging, system
 from golf_build.fmi2 import BUILDER as FMI2
-from golf_impact.data.errors import MissingFileError, UserError, unknown_name
+from golf_impact.data.errors import UnavailableError, UserError, unknown_name
 
 #: build/ in a checkout; has no build_fmu.py where golf_build is installed.
 _CHECKOUT = packaging.HERE.parent
@@ -59,7 +59,7 @@ def current_fmu(name: str = "ClubBallImpact", fmi: int = 2) -> Path:
 
     Raises:
         UserError: there is no such FMU, the file can't be written, or there is no compiler.
-        MissingFileError: it doesn't run on this machine.
+        UnavailableError: it doesn't run on this machine.
     """
     builder = builder_of(name, fmi)
     if fmi == 3 or (name == "ClubBallImpact" and not native.pythonfmu_runs_here()):
@@ -77,11 +77,8 @@ def current_native(fmi: int = 2) -> Path:
     current = builder.guid_of(path) == builder.guid()
     if current and native.this_machine() in native.binaries_of(archive.unpack(path)):
         return path
-    try:
-        with _writing(path):
-            replace(builder, here=True).build(path)
-    except native.NativeError as error:
-        raise UserError(str(error)) from error
+    with _writing(path):
+        replace(builder, here=True).build(path)
     print(f"Built {path}, for {native.this_machine()} alone.", file=sys.stderr)
     return path
 
@@ -94,7 +91,7 @@ def current_system() -> Path:
 def _current(builder: packaging.Builder | system.System) -> Path:
     if not native.pythonfmu_runs_here():
         name = f"{builder.name}{builder.suffix}"
-        raise MissingFileError(f"pythonfmu has no binary for {native.this_machine()}: no {name}")
+        raise UnavailableError(f"pythonfmu has no binary for {native.this_machine()}: no {name}")
     path = default_path(builder)
     if (found := builder.guid_of(path)) == builder.guid():
         return path

@@ -20,7 +20,14 @@ from fmpy import fmi2
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 
-from golf_impact.data.errors import MissingFileError, UserError, first_line, unknown_name
+from golf_impact.data.errors import (
+    UnavailableError,
+    UserError,
+    first_line,
+    refusal,
+    refused,
+    unknown_name,
+)
 from golf_impact.data.quantities import undefined_results
 from golf_impact.data.runs import FLAGS, METRICS, PATH, ImpactArrays, Named, horizon, instants_of
 from golf_impact.data.units import number
@@ -217,7 +224,7 @@ class Fmu:
             if variable.type == "Integer" and not (value == value // 1 and abs(value) < 2**31):
                 # fmpy would cut it.
                 reason = "it must be a whole number"
-                raise UserError(f"{name} = {value!r} is refused: {reason}", name, value, reason)
+                raise refused(name, value, reason)
         return numbers
 
     def _log(self, host: Any, instance: Any, status: int, category: Any, text: bytes) -> None:
@@ -233,10 +240,7 @@ class Fmu:
             if not self._messages:
                 raise UserError(f"{self.path} failed ({first_line(error)})") from error
         if self._messages:
-            sentence = self._messages[0]
-            name = sentence.partition(" = ")[0]
-            variable = variable or (name if name in self.references else "")
-            raise UserError(sentence, variable, value, sentence.partition(": ")[2])
+            raise refusal(self._messages[0], variable, value)
 
 
 class Impact(Fmu):
@@ -328,11 +332,11 @@ class Impact(Fmu):
         """Launch.fmu or GolfSwing.ssp: of the current sources, or that beside the given `path`.
 
         Raises:
-            MissingFileError: there is none beside it.
+            UnavailableError: there is none beside it.
         """
         if self._built:
             return current_system() if file.endswith(".ssp") else current_fmu(Path(file).stem)
         path = self.path.with_name(file)
         if not path.is_file():
-            raise MissingFileError(f"there is no {file} beside {self.path}")
+            raise UnavailableError(f"there is no {file} beside {self.path}")
         return path

@@ -9,7 +9,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from golf_impact.data.errors import MissingFileError, UserError, unknown_name
+from golf_impact.data.errors import UnavailableError, UserError, unknown_name
 from golf_impact.report.results import Result, plotting
 
 _PACKAGE = Path(__file__).resolve().parents[1]
@@ -84,7 +84,7 @@ def _located(path: Path) -> Iterator[None]:
     """Errors in a script become UserErrors in one line, with the position in it."""
     try:
         yield
-    except MissingFileError:
+    except UnavailableError:
         raise
     except (Exception, SystemExit) as error:
         frames = traceback.extract_tb(error.__traceback__)

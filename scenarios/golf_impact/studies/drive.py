@@ -6,7 +6,7 @@ from typing import Any
 from golf_build.system import DRIVE
 from golf_impact.data.balls import BALLS
 from golf_impact.data.balls import ball as ball_of
-from golf_impact.data.errors import UserError, unknown_name
+from golf_impact.data.errors import refused, unknown_name
 from golf_impact.data.runs import METRICS, Named
 from golf_impact.data.units import number
 from golf_impact.fmu import Fmu, Impact, current_fmu
@@ -82,12 +82,7 @@ def drive(
         hit = impact(METRICS, **own(impact) | normal)
         if isnan(hit["contact_time"]):
             reason = "club and ball must meet, and separate"
-            raise UserError(
-                f"club_speed = {club_speed!r} is refused: {reason}",
-                "club_speed",
-                club_speed,
-                reason,
-            )
+            raise refused("club_speed", club_speed, reason)
         start = own(launch) | {"dynamic_loft": face, "attack_angle": path}
         left = _launch(launch, start, hit)
         start = own(flight) | {name: left[name] for name in ("launch_angle", "backspin")}
@@ -101,7 +96,7 @@ def _angle(name: str, given: float | str) -> float:
     angle = number(name, given, "rad")
     if not -1.5 <= angle <= 1.5:
         reason = "it must be between -1.5 and 1.5 rad; of degrees write text such as '10.5 deg'"
-        raise UserError(f"{name} = {given!r} is refused: {reason}", name, given, reason)
+        raise refused(name, given, reason)
     return angle
 
 

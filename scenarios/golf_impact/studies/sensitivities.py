@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from golf_impact.api import columns_of, known_names, reason_of, run_impacts
-from golf_impact.data.errors import UserError
+from golf_impact.data.errors import refused
 from golf_impact.data.quantities import START
 from golf_impact.data.runs import FLAGS, METRICS, MOMENTARY, ImpactArrays, Named
 
@@ -105,7 +105,7 @@ def sensitivities(
                 "sensitivities are those of a contact's results, not of flags or of values that "
                 "change after it, over numbers other than law and club_force"
             )
-            raise UserError(f"{name} is refused: {why}", name, reason=why)
+            raise refused(name, None, why, name)
     columns, shape = columns_of(values)
     number = int(np.prod(shape))
     columns = {name: np.broadcast_to(columns.get(name, START[name]), number) for name in START}

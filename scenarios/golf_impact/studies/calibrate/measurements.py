@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from golf_impact.data.errors import UserError, unknown_name
+from golf_impact.data.errors import UserError, refused, unknown_name
 from golf_impact.data.units import SYMBOLS, remarks, si_value, si_values, unit_of
 from golf_impact.studies.calibrate.records import (
     BALL,
@@ -111,10 +111,10 @@ def number(given: Any, name: str, where: str = "") -> float:
     except (TypeError, ValueError) as error:
         text = isinstance(given, str) and given
         why = str(error) if text else "it must be a number, e.g. 600e-6"
-        raise UserError(f"{what} = {given!r} is refused: {why}", name, given, why) from None
+        raise refused(name, given, why, f"{what} = {given!r}") from None
     if not low < value < high:
         why = f"it must be {allowed}"
-        raise UserError(f"{what} = {value:g} is refused: {why}", name, value, why)
+        raise refused(name, value, why, f"{what} = {value:g}")
     return value
 
 
