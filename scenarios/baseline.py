@@ -38,7 +38,7 @@ def run(impact):
 
     time, force = path["time"] * 1e6, path["force"] / 1e3
     figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4.2))
-    figure.suptitle(f"Contact force: {describe({})}, 35 m/s")
+    figure.suptitle(f"Contact lasts 0.6 ms, with a peak of 6.8 kN ({describe({})}, 35 m/s)")
     left.fill_between(time, force, alpha=0.2)
     left.plot(time, force)
     peak = exact["time_of_max_force"] * 1e6, exact["max_force"] / 1e3
@@ -54,7 +54,7 @@ def run(impact):
     result.figures["baseline_force"] = figure
 
     figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4.2))
-    figure.suptitle("Velocities and positions")
+    figure.suptitle("The ball leaves at more than the club's speed; the club keeps 60 % of its own")
     for body, dashes in (("ball", "-"), ("club", "--")):
         left.plot(time, path[f"{body}_velocity"], dashes, label=body)
         right.plot(time, path[f"{body}_position"] * 1e3, dashes, label=body)

@@ -19,8 +19,9 @@ def run(impact):
         path = impact.simulate(0.68e-3, ["force"], 2e-6, start_values={"club_speed": speed})
         result.trajectories[f"club_speed_{speed:g}"] = path
         axes.plot(path["time"] * 1e6, path["force"] / 1e3, label=case)
-    axes.set(title=describe({}), xlabel="time (µs)", ylabel="contact force (kN)")
-    axes.legend()
+    axes.set(title="A faster club: more force, the same contact time")
+    axes.set(xlabel="time (µs)", ylabel="contact force (kN)")
+    axes.legend(title=describe({}))
     result.figures["club_speed_force"] = figure
 
     slow, fast = result.cases.values()

@@ -12,7 +12,7 @@ PATH = ["force", "momentum", "kinetic_energy", "energy_efficiency"]
 def run(impact):
     result = Result("Two laws: drag on each body, or a damper between them")
     figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4.2))
-    figure.suptitle("Momentum and kinetic energy: k = 1 MN/m, b = 9 N·s/m, 35 m/s")
+    figure.suptitle("Law 1 loses momentum, law 2 conserves it (k = 1 MN/m, b = 9 N·s/m, 35 m/s)")
     for law, name in NAMES.items():
         result.cases[name] = impact(law=law)
         # Another frame of reference: both bodies are 10 m/s faster.

@@ -57,7 +57,7 @@ def run(impact):
     )
 
     figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4.2))
-    figure.suptitle("Club speed 40 m/s, attack angle 0, ball penner")
+    figure.suptitle("More loft, more backspin, until the ball slides (40 m/s, ball penner)")
     for (friction, shots), dashes in zip(over.items(), (":", "--", "-")):
         left.plot(
             LOFTS,

@@ -57,6 +57,7 @@ def plot(rows):
                 axes.loglog(*zip(*sorted(points)), "o-", ms=4, label=name)
         axes.set(title=f"law {law}: {damping}", xlabel="run time of an impact (µs)")
     both[0].set_ylabel("error of S, COR and E")
+    figure.suptitle("Other methods are faster only at a larger error")
     figure.legend(*both[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return figure
 

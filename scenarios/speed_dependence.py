@@ -60,21 +60,17 @@ def run(impact):
         left.plot(SPEEDS, over[name][cor], dashes, lw=4 if name == "penner" else 2, label=name)
         right.plot(SPEEDS, over[name]["smash_factor"], dashes, lw=4 if name == "penner" else 2)
     left.plot(SPEEDS, LINE, "k:", label="measured line (Penner)")
-    for m in measured.MEASUREMENTS:
-        for axes, metric in ((left, cor), (right, "smash_factor")):
-            if m.metric == metric:
-                marker = "o" if m.face == "rigid" else "^"
-                axes.plot(m.club_speed, m.middle, marker, color="black", zorder=5)
-                below = m.short in ("tour, 113 mph", "Thomas")
-                where = {"xytext": (6, -12 if below else 5), "textcoords": "offset points"}
-                axes.annotate(m.short, (m.club_speed, m.middle), **where)
+    for axes, metric in ((left, cor), (right, "smash_factor")):
+        for m in (one for one in measured.MEASUREMENTS if one.metric == metric):
+            marker = "o" if m.face == "rigid" else "^"
+            axes.plot(m.club_speed, m.middle, f"k{marker}", zorder=5, label=f"{m.face} face")
+            above = {"tour, 115 mph": 13, "rules' limit": 5}.get(m.short, -12)
+            where = {"xytext": (6, above), "textcoords": "offset points"}
+            axes.annotate(m.short, (m.club_speed, m.middle), **where)
     left.set(xlabel="club speed (m/s)", ylabel="COR", ylim=(0.62, 1.0))
     right.set(xlabel="club speed (m/s)", ylabel="smash factor S")
-    figure.suptitle(
-        "Measured COR falls with speed; constant k and b keep it "
-        "(dots: published, rigid face; triangles: flexible)"
-    )
-    figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=5)
+    figure.suptitle("Measured COR falls with speed; with constant k and b it stays the same")
+    figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=4)
     result.figures["speed_dependence"] = figure
     return result
 

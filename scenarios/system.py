@@ -52,7 +52,7 @@ def run(impact):
 
     figure, axes = plt.subplots(figsize=(8, 3))
     axes.plot(rows["BallFlight.distance"], rows["BallFlight.height"])
-    axes.set(title=f"A drive: carry {drive['carry']:.1f} m, apex {drive['apex']:.1f} m")
+    axes.set(title=f"A drive carries {drive['carry']:.1f} m and rises to {drive['apex']:.1f} m")
     axes.set(xlabel="distance (m)", ylabel="height (m)")
     result.figures["system_flight"] = figure
     return result

@@ -64,9 +64,9 @@ def run(impact):
             path["time"] * 1e6, path["force"] / 1e3, dashes, label=f"{name} ({worst[name]:.1f} %)"
         )
     axes.plot([280.0, 600.0], [6.6, 0.0], "k+", ms=14, mew=2, label="Roh & Lee", clip_on=False)
-    axes.set(title="The finite-element ball at 35 m/s (largest error of the fit)")
+    axes.set(title="With an exponent the model follows a finite-element ball at 35 m/s")
     axes.set(xlabel="time (µs)", ylabel="contact force (kN)", ylim=(0, None))
-    axes.legend()
+    axes.legend(title="ball (its largest error)")
     result.figures["validation"] = figure
     return result
 

@@ -89,11 +89,11 @@ def test_the_report(results, tmp_path):
     check_page(page)
     assert not re.search(r"https?:|url\(|@import|fetch\(|<link|<iframe|<object|<script", page)
     assert not re.search(r'src="(?!data:image/png;base64,)', page)
-    texts = "1.4779", "1.5641", "<img", 'id="laws"', 'id="document"'
+    texts = "113 mph (TrackMan", "1.4779", "1.5641", "<img", 'id="laws"', 'id="document"'
     places = [page.index(text) for text in texts]
     assert places == sorted(places)
     assert "✗ &lt;1&gt; is false" in page
-    assert page.count("<img") == page.count("<source") == 3
+    assert page.count("<img") == page.count("<source") == 4
     # A sign is a minus sign; what has the form of a name stays.
     text = re.sub(r"<[^>]*>", " ", page.partition("<body>")[2])
     assert "−0.14" in text
@@ -111,7 +111,7 @@ def test_the_report(results, tmp_path):
     assert [*cases] == ["baseline", "laws", "false"]
     path = np.genfromtxt(out / "baseline.csv", delimiter=",", names=True)
     assert path["force"].max() == pytest.approx(6785.6, rel=1e-5)
-    figures = {"baseline_force.png", "baseline_motion.png", "laws.png"}
+    figures = {"drive_force.png", "baseline_force.png", "baseline_motion.png", "laws.png"}
     assert figures | {"law_1.csv"} <= {file.name for file in out.iterdir()}
 
 

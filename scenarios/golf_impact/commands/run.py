@@ -11,9 +11,6 @@ from golf_impact.commands.options import case_of, complete_ball, complete_settin
 from golf_impact.data.errors import UnavailableError, UserError
 
 if TYPE_CHECKING:
-    import numpy as np
-    from matplotlib.figure import Figure
-
     from golf_impact.data.balls import Ball
     from golf_impact.fmu import Impact
     from golf_impact.report.results import Result
@@ -105,10 +102,9 @@ def run(
                 (o for o in set_ or [] if o.partition("=")[0].strip() == error.variable), None
             )
             raise UserError(f"--set {option}: {error}" if option else str(error)) from error
-        source = f"{impact.description.modelName}.fmu, GUID {impact.description.guid}"
         advance(len(paths) + own, "writing")
         pages = [
-            write_results(folder or RESULTS if prefix else place, some, source, figures, prefix)
+            write_results(folder or RESULTS if prefix else place, some, impact, figures, prefix)
             for prefix, some in (("", results), (f"{own_name}_", mine))
             if some
         ]
@@ -147,7 +143,7 @@ def own_case(
 
     from golf_impact.data.quantities import DEFAULT_LAW, QUANTITIES, NoValue, derived, describe
     from golf_impact.data.runs import METRICS
-    from golf_impact.report.results import Result
+    from golf_impact.report.results import Result, plot_forces
 
     result = Result("Your case" if len(balls) < 2 else "Your cases")
     if len({Path(one.name).stem for one in balls}) < len(balls):
@@ -184,7 +180,7 @@ def own_case(
         result.trajectories[title] = np.rec.fromarrays(columns, types)
         curves[f"{case}: {describe(given)}" if one else describe(given)] = path
     if figures and curves:
-        result.figures["force"] = plot_forces(curves)
+        result.figures["force"] = plot_forces(curves, "Contact force")
     labels = ["law, k, b", *(quantity.label for quantity in QUANTITIES.values())]
     what = ", ".join(f"{name} = {value:g}" for name, value in values.items())
     title = f"{what or 'as in the ball'} (SI units)"
@@ -192,22 +188,6 @@ def own_case(
     if values.get("law", 1.0) == 1.0 and any("law" not in (b.values if b else {}) for b in chosen):
         result.words = f"{result.words} {DEFAULT_LAW}".strip()
     return result
-
-
-def plot_forces(curves: "Mapping[str, Mapping[str, np.ndarray]]") -> "Figure":
-    """Contact force over time, of trajectories by label."""
-    from golf_impact.report.results import plotting
-
-    with plotting():
-        import matplotlib.pyplot as plt
-
-        figure, axes = plt.subplots()
-        for label, path in curves.items():
-            axes.plot(path["time"] * 1e6, path["force"] / 1e3, label=label)
-        axes.set(title="Contact force", xlabel="time (µs)", ylabel="contact force (kN)")
-        axes.set_ylim(0.0, None)
-        axes.legend()
-    return figure
 
 
 def show(results: "Sequence[Result]") -> None:

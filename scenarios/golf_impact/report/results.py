@@ -12,9 +12,11 @@ from typing import TYPE_CHECKING, Any
 
 from golf_build.packaging import render
 from golf_impact.data import document
+from golf_impact.data.balls import BALLS
 from golf_impact.data.errors import UserError
 from golf_impact.data.files import as_json, write
 from golf_impact.data.quantities import QUANTITIES, describe
+from golf_impact.data.units import si_value
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -96,18 +98,24 @@ def plotting() -> Iterator[None]:
 
 
 def write_results(
-    folder: Path, results: Mapping[str, Result], source: str, figures: bool = True, prefix: str = ""
+    folder: Path,
+    results: Mapping[str, Result],
+    impact: Any,
+    figures: bool = True,
+    prefix: str = "",
 ) -> Path:
-    """Write the results of scenarios by name; `prefix` begins the names of all files.
+    """Write the results of scenarios by name, from an open `Impact`.
 
+    `prefix` begins the names of all files. Of several scenarios the report begins with a drive.
     Returns the path of the report. UserError: a file can't be written, or would be written twice.
     """
     names = [name for one in results.values() for name in (*one.figures, *one.trajectories)]
     if len({*names}) < len(names):
         twice = max(names, key=names.count)
         raise UserError(f"two figures or trajectories are named {twice}: rename one")
+    opening = {"": _drive(impact)} if len(results) > 1 else {}
     images: dict[str, dict[str, list[str]]] = {}
-    for name, result in results.items():
+    for name, result in (opening | {**results}).items():
         images[name] = {}
         for title, figure in result.figures.items() if figures else ():
             wide, narrow = _image(figure), narrow_png(figure)
@@ -117,7 +125,67 @@ def write_results(
             write(folder / f"{prefix}{title}.csv", _csv(rows))
     cases = {name: result.cases for name, result in results.items()}
     write(folder / f"{prefix}results.json", as_json(cases))
-    return write(folder / f"{prefix}report.html", _report(results, images, source))
+    first = next(iter((opening or results).values()))
+    template = Path(__file__).with_name("report.html.jinja")
+    report = render(
+        template,
+        results=results,
+        opening=opening.get(""),
+        images=images,
+        source=f"{impact.description.modelName}.fmu, GUID {impact.description.guid}",
+        minus=_with_minus,
+        large=_tiles(first),
+        readings=document.tables() if opening else [],
+        failed=[claim for result in results.values() for claim in result.failed],
+        claims=sum(len(result.claims) for result in results.values()),
+    )
+    return write(folder / f"{prefix}report.html", report)
+
+
+def _drive(impact: Any) -> Result:
+    """A drive as on the PGA Tour, by the ball that was fitted to it, beside the document's."""
+    ball, speed = BALLS["tour"], "113 mph"
+    source = ball.source.partition(":")[0]
+    cases: dict[str, dict[str, float]] = {
+        f"A drive at {speed} ({source})": {**ball.values, "club_speed": si_value(speed, "m/s")},
+        "The document's impact at 35 m/s": {},
+    }
+    result, curves = Result("A drive as measured, and the document's impact"), {}
+    for case, values in cases.items():
+        result.cases[f"{case}: {describe(values)}"] = impact(**values)
+        label = f"{case.partition(' (')[0]}: {describe(values)}"
+        curves[label] = impact.trajectory(**values)
+    title = "A real drive: more force than the document's impact, shorter contact"
+    result.figures["drive_force"] = plot_forces(curves, title)
+    return result
+
+
+def _tiles(result: Result) -> dict[str, list[tuple[str, str]]]:
+    """The main results of its first cases, in large type."""
+    return {
+        case: [
+            (about.name, f"{about.format_value(values[name])} {about.unit}".strip())
+            for name, about in ((name, QUANTITIES[name]) for name in _LARGE)
+        ]
+        for case, values in [*result.cases.items()][:4]
+        if {*_LARGE} <= values.keys()
+    }
+
+
+def plot_forces(curves: Mapping[str, Mapping[str, Any]], title: str) -> "Figure":
+    """Contact force over time, of trajectories by label."""
+    with plotting():
+        import matplotlib.pyplot as plt
+
+        figure, axes = plt.subplots()
+        for label, path in curves.items():
+            axes.plot(path["time"] * 1e6, path["force"] / 1e3, label=label)
+        axes.set(title=title, xlabel="time (µs)", ylabel="contact force (kN)")
+        highest = max(path["force"].max() for path in curves.values())
+        # Room above the curves for their labels.
+        axes.set_ylim(0.0, (1.1 + 0.1 * len(curves)) * highest / 1e3 or None)
+        axes.legend()
+    return figure
 
 
 def png(figure: "Figure") -> bytes:
@@ -148,15 +216,17 @@ def narrow_png(figure: "Figure") -> bytes:
         for one, spec in panels:
             one.set_subplotspec(column[spec.colspan.start : spec.colspan.stop])
             one.tick_params(labelleft=True)  # of shared axes, too
-    height, width = 3.2 * max(rows, columns), 46  # inches, characters
+    height = 3.2 * max(rows, columns)  # inches
     with plotting():
         for one in figure.axes:
             for place in ("left", "center", "right"):
-                one.set_title(fill(one.get_title(place), width), loc=place)
+                one.set_title(_wrap(one.get_title(place)), loc=place)
             if legend := one.get_legend():
                 legend.set_loc("upper left")
                 legend.set_bbox_to_anchor((0.0, -0.2), one.transAxes)
-                height += 0.2 * len(legend.get_texts())
+                for text in legend.get_texts():
+                    text.set_text(_wrap(text.get_text()))
+                    height += 0.2 * len(text.get_text().splitlines())
     for legend in [*figure.legends]:
         legend.remove()
         handles: Any = legend.legend_handles
@@ -164,10 +234,16 @@ def narrow_png(figure: "Figure") -> bytes:
         figure.legend(handles, labels, loc="outside lower center", ncols=2)
         height += 0.1 * len(labels)
     if title := figure.get_suptitle():
-        figure.suptitle(fill(title, width))
+        figure.suptitle(_wrap(title))
     # Text of 10.5 points has 10 pixels on a screen of 390 pixels.
     figure.set_size_inches(5.2, height)
+    figure.draw_without_rendering()  # the layout needs two passes
     return png(figure)
+
+
+def _wrap(text: str) -> str:
+    """Lines for a narrow figure; k = 1 MN/m stays in one of them."""
+    return fill(text.replace(" = ", "\u00a0=\u00a0"), 46)
 
 
 def _with_minus(text: object) -> str:
@@ -178,49 +254,3 @@ def _with_minus(text: object) -> str:
 def _csv(rows: Any) -> str:
     lines = [",".join(rows.dtype.names), *(",".join(map(repr, row)) for row in rows.tolist())]
     return "\n".join(lines) + "\n"
-
-
-def _report(
-    results: Mapping[str, Result], images: Mapping[str, Mapping[str, Sequence[str]]], source: str
-) -> bytes:
-    """The report; images, for wide and for narrow screens, are in base64."""
-    cases = [*next(iter(results.values())).cases.items()]
-    if len(results) > 1:
-        # The first case stands for all: the document's. Before it, a drive as measured.
-        title, drive = _drive()
-        cases = [
-            (title, drive),
-            *((f"The document's impact: {describe({})}", c) for _, c in cases[:1]),
-        ]
-    large = {
-        case: [(QUANTITIES[name].name, _large(name, values[name])) for name in _LARGE]
-        for case, values in cases[:4]
-        if {*_LARGE} <= values.keys()
-    }
-    return render(
-        Path(__file__).with_name("report.html.jinja"),
-        results=results,
-        images=images,
-        source=source,
-        minus=_with_minus,
-        large=large,
-        readings=document.tables() if len(results) > 1 else [],
-        failed=[claim for result in results.values() for claim in result.failed],
-        claims=sum(len(result.claims) for result in results.values()),
-    )
-
-
-def _drive() -> tuple[str, dict[str, float]]:
-    """A drive as on the PGA Tour, by the ball that was fitted to it: its description, outputs."""
-    from golf_impact.api import run_impact_anywhere
-    from golf_impact.data.balls import BALLS
-    from golf_impact.data.units import si_value
-
-    ball, speed = BALLS["tour"], 113.0
-    found = run_impact_anywhere(**ball.values, club_speed=si_value(f"{speed:g} mph", "m/s"))
-    source = ball.source.partition(":")[0]
-    return f"A drive at {speed:g} mph ({source}): {describe(ball.values)}", dict(found)
-
-
-def _large(name: str, value: float) -> str:
-    return f"{QUANTITIES[name].format_value(value)} {QUANTITIES[name].unit}".strip()
