@@ -3,6 +3,7 @@
 import io
 import json
 import os
+import shlex
 import shutil
 import signal
 import subprocess
@@ -68,23 +69,15 @@ def golf(*arguments, cwd=None, env=None, program=(COMMAND,), code=None, **option
         capture_output=True,
         text=True,
         cwd=cwd,
-        env={**os.environ, "COLUMNS": "120", **(env or {})},
+        env={**os.environ, **(env or {})},
         **options,
     )
     return ended(done, code)
 
 
-def golf_started(*arguments, **options):
-    """The command as a process that goes on, for signals."""
-    return subprocess.Popen(
-        [COMMAND, *map(str, arguments)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        # A test run in the background ignores Ctrl-C, and so would its children.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
-        **options,
-    )
+def interruptible():
+    """In a process that begins: a test run in the background ignores Ctrl-C, as its children do."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def golf_here(*arguments, cwd=None, code=None):
@@ -116,3 +109,19 @@ def refused(done, *words):
     assert line.startswith("Error: ")
     for word in words:
         assert str(word) in line
+
+
+def check_refused(folder, line, *words):
+    """Assert that a command line in this folder is refused with these words, and writes nothing."""
+    before = contents(folder)
+    refused(golf_here(*shlex.split(line), cwd=folder), *words)
+    assert contents(folder) == before
+
+
+def contents(folder):
+    """Kind, size and time of all files in a folder; of folders and links the kind."""
+    found = {path: path.lstat() for path in folder.rglob("*") if path.name != "__pycache__"}
+    return {
+        path: (one.st_mode, *((one.st_size, one.st_mtime_ns) if path.is_file() else ()))
+        for path, one in found.items()
+    }

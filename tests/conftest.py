@@ -21,8 +21,9 @@ pytest_plugins = ["companions", "programs", "ways"]
 
 HERE = Path(__file__).resolve().parent
 
-# CI services set it; tests compare what commands print, which then has colours.
+# Tests compare what commands print: without colours, which CI services ask for, and equally wide.
 os.environ.pop("FORCE_COLOR", None)
+os.environ["COLUMNS"] = "120"
 
 #: s; with the defaults.
 LAW_2_CONTACT = 6.010445569987614e-4

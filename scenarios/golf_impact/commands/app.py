@@ -59,7 +59,7 @@ def one_line(arguments: list[str]) -> int:
                     f"an argument is empty ({text or 'two quotes with nothing in between'}): write "
                     "a value, or leave the option out; is a variable of your shell unset?"
                 )
-        code = app(arguments or ["--help"], standalone_mode=False)
+        code = app(arguments or ["--help"], prog_name="golf-impact", standalone_mode=False)
         if code == 130:
             # Typer has caught the KeyboardInterrupt.
             raise KeyboardInterrupt

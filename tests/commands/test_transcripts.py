@@ -1,0 +1,85 @@
+"""Terminal sessions in Markdown: what a user types and sees.
+
+Blocks ```console have commands (`$ …`) and what each prints: stdout, then stderr. `…` stands for
+any text, in a line of its own for any lines. A block has a fresh folder, with the files that stand
+above it (```toml NAME, ```python NAME). A last line such as [1] is the exit code, unless that is
+0, or 2 with a line "Error: ". golf-impact runs in this process, other commands in a shell.
+`pytest --update tests/commands/test_transcripts.py` writes what is printed: read the diff.
+"""
+
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from command import ROOT, contents, golf_here
+
+FOLDER = Path(__file__).parent / "transcripts"
+READMES = ".", ".github", "build", "fmu_src", "scenarios", "tests"
+DOCUMENTS = (
+    *FOLDER.glob("*.md"),
+    *(path for name in READMES for path in (ROOT / name).glob("*.md")),
+)
+
+BLOCK = re.compile(r"^```(\w+)(?: (\S+))?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+def sessions():
+    """The console blocks of all documents, with the files before them."""
+    for document in sorted(DOCUMENTS):
+        files = {}
+        for number, block in enumerate(BLOCK.finditer(document.read_text("utf-8"))):
+            language, name, text = block.groups()
+            if language == "console":
+                title = document.relative_to(FOLDER if document.parent == FOLDER else ROOT)
+                yield pytest.param(document, text, files.copy(), id=f"{title}-{number}")
+            elif name:
+                files[name] = text
+
+
+def printed(line, folder):
+    """What a command prints in this folder, which it leaves as it was if it is refused."""
+    before = contents(folder)
+    program, *words = shlex.split(line)
+    if Path(program).name == "golf-impact":
+        done = golf_here(*words, cwd=folder)
+    else:
+        options = {"shell": True, "capture_output": True, "text": True, "cwd": folder}
+        done = subprocess.run(line, **options)
+    text = (done.stdout + done.stderr).replace(f"{folder}/", "")
+    lines = [line.rstrip() for line in text.splitlines()]
+    if any(line.startswith("Error: ") for line in lines):
+        assert done.returncode == 2
+        assert contents(folder) == before, "what is refused writes nothing"
+    elif done.returncode:
+        lines.append(f"[{done.returncode}]")
+    return "\n".join(lines).strip("\n")
+
+
+def matches(text, expected):
+    """Whether it is the text that is expected, where `…` is any text."""
+    lines = (
+        "(?s:.*)" if line == "…" else re.escape(line).replace("…", ".*")
+        for line in expected.splitlines()
+    )
+    return re.fullmatch("\n".join(lines), text)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="POSIX's shell and paths")
+@pytest.mark.parametrize(("document", "session", "files"), [*sessions()])
+def test_a_session(tmp_path, pytestconfig, document, session, files):
+    for name, text in files.items():
+        (tmp_path / name).write_text(text, "utf-8")
+    found = []
+    for call in re.split(r"(?m)^\$ ", session)[1:]:
+        line, _, expected = call.strip("\n").partition("\n")
+        text = printed(line, tmp_path)
+        fits = matches(text, expected)
+        if not pytestconfig.getoption("--update"):
+            assert fits or text == expected, line
+        found += [f"$ {line}", *(expected if fits else text).splitlines()]
+    if pytestconfig.getoption("--update"):
+        new = "\n".join([*found, ""])
+        document.write_text(document.read_text("utf-8").replace(session, new, 1), "utf-8")
