@@ -39,7 +39,7 @@ def build() -> dict[str, bytes]:
         needs = f"the page's WebAssembly needs ziglang {ZIGLANG} for its bytes"
         raise UnavailableError(f"{needs}: {install_command('native')}")
     command = [*ZIG_CC, *_FLAGS, "rows.c", "-o", "physics.wasm"]
-    wasm = compiled(command, c_sources(digest()), "physics.wasm")
+    wasm = compiled(command, c_sources(digest()), "physics.wasm", "rows.c")
     notices = (f"{name}\n\n{(zig / file).read_text()}" for name, file in _NOTICES.items())
     return {"physics.wasm": wasm, "physics.txt": "\n\n".join(notices).encode()}
 
