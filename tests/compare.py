@@ -12,7 +12,8 @@ from golf_impact.evidence.scales import TOLERANCE, Scales, reduced_mass
 
 def to_15_digits(sentence):
     """With numbers as C prints them: Python prints all their digits, and 1.0 for 1."""
-    return re.sub(r"-?\d+\.\d+(e[-+]\d+)?", lambda number: f"{float(number[0]):.15g}", sentence)
+    number = r"-?\d+(\.\d+)?(e[-+]\d+)?"
+    return re.sub(number, lambda found: f"{float(found[0]):.15g}", sentence)
 
 
 def contact_scales(values, outputs):

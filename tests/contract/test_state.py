@@ -1,6 +1,6 @@
 """The state of an instance as bytes: equal to the last bit in another process, or refused.
 
-Rollback and calls in any order: test_call_order.py.
+Rollback and calls in any order: test_lockstep.py.
 """
 
 import json

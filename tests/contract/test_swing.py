@@ -255,7 +255,7 @@ def test_no_sequence_of_steps_touches_the_ball_with_another_speed(companion, par
     assert 0.5 < max(errors) <= 2.0
 
 
-# Refusals and states of its own; those of all FMUs: test_refusals.py, test_call_order.py
+# Refusals and states of its own; those of all FMUs: test_refusals.py, test_lockstep.py
 
 
 @pytest.mark.parametrize(

@@ -211,7 +211,7 @@ def test_this_machines_compiler_builds_for_it_alone(monkeypatch, compiled, tmp_p
 
 
 def test_a_step_beyond_the_stop_time_is_an_error(native_path, tmp_path):
-    """Other illegal calls: test_call_order.py."""
+    """Other illegal calls: test_lockstep.py."""
     slave = make_instance(fmpy.extract(str(native_path), str(tmp_path / "fmu")))
     slave.setupExperiment(startTime=0.0, stopTime=1e-3)
     slave.enterInitializationMode()

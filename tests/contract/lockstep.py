@@ -1,0 +1,632 @@
+"""FMI calls in lockstep: all FMUs of a model get the same ones, legal or not.
+
+Three sources that share nothing say what is right:
+
+- `Rules`, without physics: modes, ranges and refusals; which status a call returns;
+- a fresh instance that gets the accepted calls alone: every value, and whether the physics of a
+  step is refused;
+- the other FMUs of the model: the same values to the last bit, and the same sentences.
+
+Left out is what pythonfmu's C layer doesn't survive: NULL as component, name, resource folder or
+state; what was freed; a string that isn't UTF-8; any call after Fatal.
+"""
+
+import copy
+import math
+import random
+from ctypes import byref, c_double, c_int
+from dataclasses import dataclass, field
+
+import fmus
+import hypothesis.strategies as st
+import random_cases
+from compare import to_15_digits
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import fmi2Status, fmi2String, fmi2ValueReference
+from golf_physics.refusals import RULES
+from golf_physics.variables import VARIABLES
+from hypothesis.stateful import RuleBasedStateMachine, precondition, rule
+
+from golf_build.system import COMPANIONS
+
+OK, DISCARD, ERROR = 0, 2, 3
+INSTANTIATED, INITIALIZATION, START_REFUSED, STEPPING, TERMINATED = range(5)
+
+#: Smaller numbers are left over where larger ones cancel, as between bodies that stay together:
+#: their last digits are those of no function.
+LEFT_OVER = 1e-40
+
+#: Values that no companion has a reason to refuse, but together.
+USUAL = {
+    "ClubBallImpact": {
+        "k": (1e6, 8e5, 3e6), "b": (9.0, 0.0, 40.0, 700.0), "club_speed": (35.0, 50.0, -5.0),
+        "club_force": (0.0, 500.0, -2e3), "m_club": (0.21, 0.3), "gap": (0.0, 1e-3),
+        "law": (1, 2), "exponent": (1.0, 1.5), "restitution_at_rest": (0.0, 0.86),
+    },
+    "Swing": {
+        "impulse": (0.0, 0.05), "gravity": (9.806, 9.0), "club_mass": (0.3, 0.31),
+        "prescribed_speed": (0.0, 40.0),
+    },
+    "Launch": {
+        "separated": (False, True), "ball_velocity": (0.0, 50.0), "friction": (0.4, 0.3),
+        "coefficient_of_restitution": (0.0, 0.8), "club_velocity": (0.0, 20.0),
+    },
+    "BallFlight": {
+        "separated": (False, True), "ball_velocity": (0.0, 50.0), "gravity": (9.8, 9.0),
+        "launch_angle": (0.2, 0.0), "touch_time": (0.0, 1e-3),
+    },
+}  # fmt: skip
+
+#: The longest steps, s: a longer one of Swing is refused until the ball is hit, after much work.
+LONGEST = {"Swing": 0.1}
+
+_one, _number = (fmi2ValueReference * 1)(0), (c_double * 1)(1.0)
+
+#: Functions of FMI 2.0 that no FMU supports in co-simulation, with arguments.
+UNSUPPORTED = {
+    "CancelStep": (),
+    "GetStatus": (0, byref(fmi2Status())),
+    "GetIntegerStatus": (0, byref(c_int())),
+    "GetBooleanStatus": (3, byref(c_int())),
+    "GetStringStatus": (1, byref(fmi2String())),
+    "SetRealInputDerivatives": (_one, 1, (c_int * 1)(1), _number),
+    "GetRealOutputDerivatives": (_one, 1, (c_int * 1)(1), _number),
+    "GetDirectionalDerivative": (_one, 1, _one, 1, _number, _number),
+}
+
+
+@dataclass
+class Rules:
+    """The interface of one instance: what it must answer, and the calls that it has accepted."""
+
+    table: dict
+    values: dict
+    mode: int = INSTANTIATED
+    #: Names of what must be corrected before the next step.
+    refused: set = field(default_factory=set)
+    #: Whether the next step is refused for an illegal call.
+    once: bool = False
+    start: float = 0.0
+    point: float = 0.0
+    #: Whether the next step may begin anywhere: after a restore.
+    free: bool = False
+    #: The values with which stepping began, and the steps since then: point, size, inputs, and
+    #: whether the point was free.
+    begun: dict | None = None
+    steps: tuple = ()
+
+    def __deepcopy__(self, memo):
+        mutable = {"values": dict(self.values), "refused": set(self.refused)}
+        return Rules(**(vars(self) | mutable))
+
+    @property
+    def inputs(self):
+        return {name for name, row in self.table.items() if row.causality == "input"}
+
+    @property
+    def may_begin(self):
+        """Whether no parameter is refused."""
+        return not self.refused - self.inputs - {"start"}
+
+    def begin(self):
+        self.mode, self.begun = STEPPING, dict(self.values)
+
+    def set(self, name, value):
+        """Whether this is legal; a value out of range is."""
+        row, now = self.table[name], self.values.get(name)
+        if now is None or self.mode == TERMINATED:
+            self.once = True
+            return False
+        fixed = row.causality == "parameter" and self.mode == STEPPING and value != now
+        if fixed or not row.low <= value <= row.high:
+            self.refused.add(name)
+            return not (fixed and row.low <= value <= row.high)
+        self.refused.discard(name)
+        if value != now:
+            self.values[name] = value
+        return True
+
+    def refuses(self, point, size):
+        """Whether this step is refused, whatever it leads to; the illegal calls are forgotten."""
+        if not 0.0 < size <= 1e100 or self.mode != STEPPING:
+            return True
+        if self.refused or self.once:
+            self.once = False
+            return True
+        time = abs(self.point)
+        allowed = max(min(1e-6 * max(size, time), size / 4), 1e-15 * time)
+        return not (abs(point - self.point) <= allowed or (self.free and abs(point) <= 1e100))
+
+
+class Player:
+    """Two instances of one FMU, and the states that either has saved.
+
+    Args:
+        folder: of the extracted FMU.
+        trace: a file to which every call is written before it is made.
+    """
+
+    def __init__(self, folder, trace):
+        self.folder, self.trace, self.memory = folder, trace, {}
+        self.slaves = [self.made(), self.made()]
+        self.switch(0)
+        about = self.slave.description
+        self.fmi3 = about.fmiVersion == "3.0"
+        self.is_native = "(native)" in about.generationTool
+        self.name = f"{about.generationTool}, FMI {about.fmiVersion}"
+
+    def made(self):
+        return fmus.make_instance(self.folder, loggingOn=True)
+
+    def play(self, call, *words):
+        """Make a call: its status, and what it returns."""
+        self.trace.write(f"{self.name}: {call} {words!r}\n")
+        self.slave.messages.clear()
+        try:
+            return OK, getattr(self, call)(*words)
+        except FMICallException as error:
+            return error.status, None
+
+    def close(self):
+        for saved in self.memory.values():
+            fmus.call_state(self.slave, "free", saved)
+        for slave in self.slaves:
+            slave.freeInstance()
+
+    def switch(self, n):
+        self.slave, self.n, self.start = self.slaves[n], n, 0.0
+
+    def renew(self):
+        self.slave.freeInstance()
+        self.slaves[self.n] = self.made()
+        self.switch(self.n)
+
+    def reset(self):
+        self.slave.reset()
+        self.start = 0.0
+
+    def setup(self, start, late=False):
+        """In FMI 3.0 the start time is an argument of the next call."""
+        self.start = start
+        if not self.fmi3:
+            self.slave.setupExperiment(startTime=start)
+        elif late:
+            self.enter()
+
+    def enter(self):
+        start = {"startTime": self.start} if self.fmi3 else {}
+        self.slave.enterInitializationMode(**start)
+
+    def leave(self):
+        self.slave.exitInitializationMode()
+
+    def end(self):
+        self.slave.terminate()
+
+    def set(self, values):
+        """Values of one type, by name."""
+        references = [self.slave.references[name] for name in values]
+        of_type = self.slave.types[next(iter(values))]
+        getattr(self.slave, f"set{of_type}")(references, [*values.values()])
+
+    def misuse(self, verb, kind, reference):
+        """Get or set a variable of another type, or one that isn't there."""
+        kind = {"Real": "Float64", "Integer": "Int64"}.get(kind, kind) if self.fmi3 else kind
+        value = {"String": "1"}.get(kind, 1)
+        getattr(self.slave, verb + kind)([reference], *([[value]] if verb == "set" else []))
+
+    def read(self):
+        """All variables by name."""
+        slave, found = self.slave, {}
+        for of_type in set(slave.types.values()):
+            names = [name for name, other in slave.types.items() if other == of_type]
+            values = getattr(slave, f"get{of_type}")([slave.references[name] for name in names])
+            found |= dict(zip(names, values))
+        return found
+
+    def step(self, point, size):
+        self.slave.doStep(point, size)
+
+    def save(self, slot, as_bytes=False):
+        state = fmus.call_state(self.slave, "get")
+        if as_bytes:
+            data = fmus.call_state(self.slave, "serialize", state)
+            fmus.call_state(self.slave, "free", state)
+            state = fmus.call_state(self.slave, "deserialize", data)
+        if slot in self.memory:
+            fmus.call_state(self.slave, "free", self.memory[slot])
+        self.memory[slot] = state
+
+    def restore(self, slot):
+        fmus.call_state(self.slave, "set", self.memory[slot])
+
+    def damage(self, place, cut):
+        """Restore the present state from bytes that end, or have another bit, at this place."""
+        data = fmus.packed(self.slave)
+        at = int(place * len(data))
+        end = b"" if cut else bytes([data[at] ^ 1 << at % 8]) + data[at + 1 :]
+        fmus.restore_packed(self.slave, data[:at] + end)
+
+    def unsupported(self, name):
+        getattr(self.slave, f"fmi2{name}")(self.slave.component, *UNSUPPORTED[name])
+
+
+class Session:
+    """The FMUs of a model in lockstep; every call is checked in all of them.
+
+    Args:
+        model: its name.
+        folders: of its extracted FMUs. An instance of the first gets the accepted calls alone.
+        trace: see `Player`.
+    """
+
+    def __init__(self, model, folders, trace):
+        self.model, self.usual, self.counts = model, USUAL[model], {"steps": 0, "refused": 0}
+        self.players = [Player(folder, trace) for folder in folders]
+        self.fresh = Player(folders[0], trace)
+        rows = COMPANIONS[model].tables["rows"] if model in COMPANIONS else VARIABLES
+        self.table = {row.name: row for row in rows}
+        self.default = {row.name: row.start for row in rows if row.start is not None}
+        self.others, self.states = [None, None], {}
+        self.clear()
+
+    def clear(self):
+        """Both instances as new, no states."""
+        self.states.clear()
+        for n in (1, 0):
+            self.switch(n)
+            self.reset()
+
+    def close(self):
+        for player in (*self.players, self.fresh):
+            player.close()
+
+    def all(self, expected, call, *words):
+        """Make a call in all FMUs: the same sentences, and the expected status.
+
+        A plain FMU can't return Error: its next step is refused.
+        """
+        first = None
+        for player in self.players:
+            status, _ = player.play(call, *words)
+            wanted = OK if expected == ERROR and not player.is_native else expected
+            assert status == wanted, (player.name, call, words, status, player.slave.messages)
+            found = [self.in_one_notation(sentence) for sentence in player.slave.messages]
+            # In FMI 3.0 both are one call.
+            if player.fmi3 and call in ("setup", "enter"):
+                continue
+            first = found if first is None else first
+            assert found == first, (player.name, call, words)
+        assert first or expected == OK or call == "leave", (call, words)
+
+    @staticmethod
+    def in_one_notation(sentence):
+        """In FMI 3.0 a second initialization is a late set-up as well."""
+        return to_15_digits(sentence).replace(RULES["ENTERED_TWICE"][1], RULES["LATE_SET_UP"][1])
+
+    # Life
+
+    def switch(self, n=None):
+        """From now on the other instance gets the calls."""
+        n = 1 - self.players[0].n if n is None else n
+        for player in self.players:
+            player.play("switch", n)
+        self.n, self.dirty = n, True
+
+    @property
+    def rules(self):
+        return self.others[self.n]
+
+    @rules.setter
+    def rules(self, rules):
+        self.others[self.n], self.dirty = rules, True
+
+    def reset(self, call="reset"):
+        self.all(OK, call)
+        self.rules = Rules(self.table, dict(self.default))
+
+    def renew(self):
+        self.reset("renew")
+
+    def setup(self, start):
+        r = self.rules
+        if r.mode != INSTANTIATED:
+            r.once = True
+            self.all(ERROR, "setup", start, True)
+            return
+        if math.isfinite(start):
+            r.start = r.point = start
+        (r.refused.discard if math.isfinite(start) else r.refused.add)("start")
+        self.all(OK, "setup", start)
+
+    def enter(self):
+        r, self.dirty = self.rules, True
+        is_legal = r.mode == INSTANTIATED
+        self.all(OK if is_legal else ERROR, "enter")
+        r.mode = INITIALIZATION if is_legal else r.mode
+        r.once = r.once or not is_legal
+
+    def leave(self):
+        r, self.dirty = self.rules, True
+        if r.mode != INITIALIZATION:
+            r.once = True
+            self.all(ERROR, "leave")
+            return
+        r.mode = START_REFUSED
+        self.begin_stepping()
+        self.all(OK if r.mode == STEPPING and not r.refused else ERROR, "leave")
+
+    def begin_stepping(self):
+        """Fix the parameters if they agree: that is up to the physics, in the fresh instance."""
+        if self.rules.may_begin:
+            tried = copy.deepcopy(self.rules)
+            tried.begin()
+            self.dirty = True
+            if self.replay(tried):
+                self.rules.begin()
+
+    def end(self):
+        self.all(OK, "end")
+        self.rules.mode, self.dirty = TERMINATED, True
+
+    def begin(self, start=0.0, **values):
+        """A new run."""
+        self.reset()
+        self.setup(start)
+        self.enter()
+        for name, value in values.items():
+            self.set(**{name: value})
+        self.leave()
+
+    # Values
+
+    def set(self, **values):
+        """Set variables of one type in one call."""
+        legal = [self.rules.set(name, value) for name, value in values.items()]
+        self.all(OK if all(legal) else ERROR, "set", values)
+        self.dirty = True
+
+    def misuse(self, verb, kind, reference):
+        self.all(ERROR, "misuse", verb, kind, reference)
+        self.rules.once = True
+
+    def correct(self):
+        """Correct all that is refused."""
+        r = self.rules
+        for name in sorted(r.refused - {"start"}):
+            self.set(**{name: r.values[name]})
+        if r.once and r.mode == STEPPING:
+            self.step(1e-5)
+
+    def recover(self):
+        """Once all is corrected, the run goes on as if nothing had been refused."""
+        self.correct()
+        self.step(1e-4)
+        self.compare()
+
+    # Steps
+
+    def step(self, size, shift=0.0, point=None):
+        """From where the last step ended, or beside it, or from a point; s."""
+        r = self.rules
+        point = r.point + shift if point is None else point
+        if r.mode == START_REFUSED and 0.0 < size <= 1e100:
+            self.begin_stepping()
+        refused = r.refuses(point, size)
+        # That a point may jump after a restore is a rule: the fresh instance goes on.
+        jumped = r.free and point != r.point
+        if not refused:
+            self.sync()
+            refused = self.fresh.play("step", r.point if jumped else point, size)[0] != OK
+            self.dirty = refused or jumped
+        self.counts["refused" if refused else "steps"] += 1
+        self.all(DISCARD if refused else OK, "step", point, size)
+        if not refused:
+            r.steps = (*r.steps, (point, size, {n: r.values[n] for n in r.inputs}, jumped))
+            r.point, r.free = point + size, False
+
+    # State
+
+    def save(self, slot, as_bytes=False):
+        self.all(OK, "save", slot, as_bytes)
+        self.states[slot] = copy.deepcopy(self.rules)
+
+    def restore(self, slot):
+        self.all(OK, "restore", slot)
+        self.rules = copy.deepcopy(self.states[slot])
+        self.rules.free = True
+
+    def damage(self, place, cut):
+        """It has no effect, but that plain FMUs refuse a step for it."""
+        for player in self.players:
+            _, before = player.play("read")
+            status, _ = player.play("damage", place, cut)
+            assert status == (ERROR if player.is_native else OK), player.name
+            assert RULES["FOREIGN_STATE"][1] in player.slave.messages[-1]
+            if not player.is_native:
+                assert player.play("step", self.rules.point, 1e-5)[0] == DISCARD
+            assert not differing(player.play("read")[1], before)
+
+    def unsupported(self, name):
+        """No effect, whatever the status, and never Fatal."""
+        for player in self.players:
+            if not player.fmi3:
+                assert player.play("unsupported", name)[0] in (OK, DISCARD, ERROR)
+
+    # The fresh instance
+
+    def replay(self, r):
+        """Drive the fresh instance by the accepted calls alone; whether the parameters agree."""
+        fresh, now, agree = self.fresh, dict(self.default), True
+
+        def put(wanted):
+            for name, value in wanted.items():
+                if repr(value) == repr(now[name]):
+                    continue
+                # 0 and -0 are equal, so neither replaces the other.
+                for one in (1.0, value) if value == now[name] else (value,):
+                    assert fresh.play("set", {name: one})[0] == OK, (name, one)
+                now[name] = value
+
+        for call, *words in (("reset",), ("setup", r.start), ("enter",)):
+            if call != "enter" or r.begun or r.mode not in (INSTANTIATED, TERMINATED):
+                fresh.play(call, *words)
+        if r.begun is not None:
+            put(r.begun)
+            agree = fresh.play("leave")[0] == OK and not fresh.slave.messages
+        for point, size, inputs, jumped in r.steps:
+            put(inputs)
+            if jumped:
+                fresh.play("save", "jump")
+                fresh.play("restore", "jump")
+            assert fresh.play("step", point, size)[0] == OK
+        put(r.values)
+        if r.mode == START_REFUSED:
+            fresh.play("leave")
+        elif r.mode == TERMINATED:
+            fresh.play("end")
+        return agree
+
+    def sync(self):
+        if self.dirty:
+            self.replay(self.rules)
+            self.dirty = False
+
+    def compare(self):
+        """All variables of all FMUs beside those of the fresh instance."""
+        self.sync()
+        _, expected = self.fresh.play("read")
+        for player in self.players:
+            # In FMI 3.0 the start time comes with the initialization.
+            if player.fmi3 and self.rules.mode == INSTANTIATED and self.rules.start:
+                continue
+            small = 0.0 if player.folder == self.fresh.folder else LEFT_OVER
+            _, found = player.play("read")
+            assert not (bad := differing(found, expected, small)), (player.name, bad, self.rules)
+
+
+def differing(found, expected, small=0.0):
+    """Variables of both that differ, but where both numbers are smaller than that."""
+    return {
+        name: (one, other)
+        for name, one in found.items()
+        if repr(one) != repr(other := expected.get(name, one))
+        and one != bool(other)
+        and not max(abs(one), abs(other)) < small
+    }
+
+
+ODD = (math.nan, math.inf, -1.0, -0.0, 0.0, 5e-324, 1e160, -1e300, 1.7976931348623157e308)
+SIZES = (2.5e-5, 2.5e-5, 1e-4, 3e-6, 1e-4 / 3.0, 1e-3, 1e-9, 1.0)
+ODD_SIZES = (0.0, -1e-4, math.nan, math.inf, 5e-324, 1e30, 1e101)
+SHIFTS = (0.0, 0.9e-6, -0.9e-6, 1.1e-6, 1e-3, -1.0, 1e9, math.nan, math.inf)
+
+
+class Machine(RuleBasedStateMachine):
+    """Random calls."""
+
+    def __init__(self, session):
+        super().__init__()
+        self.session = session
+        session.clear()
+        # Otherwise few sequences would reach stepping.
+        session.begin()
+
+    @rule(number=st.integers(0, 10**6), start=st.sampled_from((0.0, 0.0, 100.0, -3.0)))
+    def begin(self, number, start):
+        rng, usual, values = random.Random(number), self.session.usual, {}
+        if self.session.model == "ClubBallImpact" and number % 3:
+            values = random_cases.whole(number, pushed=0.3)
+        else:
+            for name in rng.sample(sorted(usual), 3):
+                values[name] = rng.choice(usual[name])
+        self.session.begin(start, **values)
+
+    @rule(call=st.sampled_from(("enter", "leave", "end", "reset", "renew", "switch", "switch")))
+    def life(self, call):
+        getattr(self.session, call)()
+
+    @rule(start=st.sampled_from((0.0, 2.0, -1e300, math.nan, math.inf)))
+    def setup(self, start):
+        self.session.setup(start)
+
+    @rule(data=st.data(), number=st.integers(1, 3))
+    def set_usual(self, data, number):
+        s = self.session
+        inputs = [name for name in s.usual if s.table[name].causality == "input"]
+        names = st.lists(st.sampled_from([*s.usual, *inputs * 3]), min_size=number, max_size=number)
+        for name in data.draw(names):
+            s.set(**{name: data.draw(st.sampled_from(s.usual[name]))})
+
+    @rule(data=st.data(), odd=st.sampled_from(ODD), step=st.booleans(), back=st.booleans())
+    def set_odd(self, data, odd, step, back):
+        s = self.session
+        names = sorted(name for name, row in s.table.items() if row.type == "Real" and row.unit)
+        name, other = (data.draw(st.sampled_from(names)) for _ in "12")
+        before = s.rules.values.get(name)
+        s.set(**({name: odd} | ({other: s.rules.values[other]} if other in s.default else {})))
+        if step:
+            s.step(1e-5)
+        if back and before is not None:
+            s.set(**{name: before})
+
+    @rule(
+        verb=st.sampled_from(("get", "set")),
+        kind=st.sampled_from(("Real", "Integer", "Boolean", "String")),
+        reference=st.sampled_from((*range(35), 99, 2**31 - 1)),
+    )
+    def misuse(self, verb, kind, reference):
+        s, types = self.session, {"Enumeration": "Integer"}
+        row = next((row for row in s.table.values() if row.reference == reference), None)
+        if row is None or types.get(row.type, row.type) != kind or (
+            verb == "set" and row.name not in s.default
+        ):  # fmt: skip
+            s.misuse(verb, kind, reference)
+
+    @rule(
+        size=st.sampled_from(SIZES), number=st.integers(1, 20), read=st.booleans(),
+        fix=st.booleans(),
+    )  # fmt: skip
+    def steps(self, size, number, read, fix):
+        if fix:
+            self.session.correct()
+        for _ in range(number):
+            self.session.step(min(size, LONGEST.get(self.session.model, size)))
+            if read:
+                self.session.compare()
+
+    @rule(size=st.sampled_from((*SIZES, *ODD_SIZES)), shift=st.sampled_from(SHIFTS))
+    def odd_step(self, size, shift):
+        if size <= LONGEST.get(self.session.model, math.inf):
+            self.session.step(size, shift * size if abs(shift) < 1e-5 else shift)
+
+    @rule(slot=st.sampled_from("AB"), as_bytes=st.booleans())
+    def save(self, slot, as_bytes):
+        self.session.save(slot, as_bytes)
+
+    @precondition(lambda self: self.session.states)
+    @rule(data=st.data(), size=st.sampled_from(SIZES), number=st.integers(0, 6))
+    def restore(self, data, size, number):
+        self.session.restore(data.draw(st.sampled_from(sorted(self.session.states))))
+        self.session.compare()
+        self.steps(size, number, read=False, fix=False)
+
+    @precondition(lambda self: self.session.rules.mode == STEPPING)
+    @rule(place=st.floats(0.0, 0.999), cut=st.booleans())
+    def damage(self, place, cut):
+        self.session.correct()
+        self.session.damage(place, cut)
+
+    @rule(name=st.sampled_from(sorted(UNSUPPORTED)))
+    def unsupported(self, name):
+        self.session.unsupported(name)
+
+    @rule()
+    def recover(self):
+        self.session.compare()
+        self.session.recover()
+
+    def teardown(self):
+        for _ in "12":
+            self.session.compare()
+            self.session.switch()
