@@ -77,6 +77,8 @@ def page(values: Mapping[str, float], own: Ball | None = None, answers: bool = T
         # Nothing in a script element may end it.
         data=json.dumps(facts, allow_nan=False, ensure_ascii=False).replace("<", "\\u003c"),
         answers=answers,
+        controls=[facts["inputs"][row["name"]] for row in _DATA["controls"]],
+        sweeps=_DATA["sweeps"],
         tasks=[_task(**row) for row in _DATA["tasks"]],
         start=_in_words(START | _DATA["opening"]["simple"]),
         generator=GENERATOR,
@@ -89,7 +91,7 @@ def page(values: Mapping[str, float], own: Ball | None = None, answers: bool = T
 
 def _subscripts(text: str) -> Markup:
     """Symbols such as m_C with their index as a subscript."""
-    return Markup(re.sub(r"\b([A-Za-z])_([A-Z])\b", r"\1<sub>\2</sub>", str(escape(text))))
+    return Markup(re.sub(r"\b([A-Za-z])_([A-Za-z])\b", r"\1<sub>\2</sub>", str(escape(text))))
 
 
 def _read(name: str) -> str:
@@ -104,7 +106,7 @@ def _facts(values: Mapping[str, float], own: Ball | None) -> dict[str, Any]:
     balls = {**BALLS, own.name: own} if own else BALLS
     return {
         "version": VERSION,
-        "inputs": {name: {"start": value} for name, value in START.items()},
+        "inputs": {name: _input(name) for name in START},
         "outputs": {r.name: r.reference for r in BY_NAME.values() if r.causality == "output"},
         "metrics": METRICS,
         "path": PATH,
@@ -120,23 +122,31 @@ def _facts(values: Mapping[str, float], own: Ball | None) -> dict[str, Any]:
             name: [low, min(high, 1e300), *units] for name, (low, high, units) in REMARKABLE.items()
         },
         "laws": [(number, name) for number, (name, _) in NATIVE_LAWS.items()],
-        "quantities": [_quantity(**row) for row in _DATA["quantities"]],
-        "readouts": [
-            {"metric": metric, "label": label, "meaning": meaning, **_UNITS[metric]._asdict()}
-            for metric, label, meaning in _DATA["readouts"]
-        ],
+        "readouts": [_readout(*row) for row in _DATA["readouts"]],
         "balls": [_ball(one) for one in balls.values()],
         "examples": [_example(**row) for row in _DATA["examples"]],
         "opening": {level: _case(**row) for level, row in _DATA["opening"].items()},
         "case": {**START, **values} if values else None,
-        **{name: _DATA[name] for name in ("sweeps", "equations", "simple")},
+        "equations": _DATA["equations"],
     }
 
 
-def _quantity(name: str, **row: Any) -> dict[str, Any]:
-    variable = BY_NAME[name]
-    unit, text = format_unit(variable.unit), variable.description
-    return {"name": name, **row, "si": unit, "description": text}
+def _input(name: str) -> dict[str, Any]:
+    """An input or parameter, with its control if it has one."""
+    row = BY_NAME[name]
+    control: dict[str, Any] = next((one for one in _DATA["controls"] if one["name"] == name), {})
+    return {
+        "name": name,
+        "start": START[name],
+        "si": format_unit(row.unit),
+        "description": row.description,
+        **control,
+    }
+
+
+def _readout(metric: str, label: str, meaning: str, level: str = "") -> dict[str, Any]:
+    texts = {"metric": metric, "label": label, "meaning": meaning, "level": level}
+    return {**texts, **_UNITS[metric]._asdict()}
 
 
 def _ball(ball: Ball) -> dict[str, Any]:
@@ -187,7 +197,7 @@ def _task(cases: Mapping[str, Any], results: list[str], **row: Any) -> dict[str,
 
 def _in_words(values: Mapping[str, float]) -> str:
     """The values of the simple level, in the page's units."""
-    rows = [row for row in _DATA["quantities"] if "group" not in row]
+    rows = [row for row in _DATA["controls"] if "group" not in row]
     sizes = [SYMBOLS[symbol_of(row["unit"])][1] for row in rows]
     return ", ".join(
         f"{row['label']} {values[row['name']] / size:g} {row['unit']}"

@@ -14,10 +14,10 @@ function drawPins() {
   const rows = pins.map((one, n) => tag("tr", {},
     tag("th", {scope: "row"}, tag("span", {style: `color: ${one.color}`, ariaHidden: "true"}, "━━ "),
       tag("input", {type: "text", value: one.name, ariaLabel: `Name of pin ${n + 1}`, onchange: ({target}) => { one.name = target.value }})),
-    ...one.cells.map((row) => tag("td", {className: levelOf(row.metric)}, row.value === "" ? "–" : format(row, row.value).join(" ").trim())),
+    ...one.cells.map((row) => tag("td", {className: row.level}, row.value === "" ? "–" : format(row, row.value).join(" ").trim())),
     tag("td", {}, button("Reopen", n + 1, () => change(one.values)), " ",
       button("Remove", n + 1, () => { pins = pins.filter((other) => other != one); drawPins(); get("pin").focus() }))))
-  const head = [{label: "case"}, ...facts.readouts, {label: "do"}].map(({label, metric}) => tag("th", {scope: "col", className: metric ? levelOf(metric) : ""}, label))
+  const head = [{label: "case"}, ...facts.readouts, {label: "do"}].map(({label, level = ""}) => tag("th", {scope: "col", className: level}, label))
   get("pins").replaceChildren(...(pins.length ? [tag("thead", {}, tag("tr", {}, ...head)), tag("tbody", {}, ...rows)] : []))
   drawCharts()
 }
