@@ -118,8 +118,7 @@ def packages() -> dict[str, list[str]]:
     listed = "git", "ls-files", "fmu_src", "build", "scenarios"
     found: dict[str, list[str]] = {}
     for file in subprocess.check_output(listed, cwd=ROOT, text=True).split():
-        # rows.c is compiled to the WebAssembly that is stored.
-        if Path(file).suffix in _TEXT and not file.endswith("/rows.c"):
+        if Path(file).suffix in _TEXT:
             found.setdefault(str(Path(file).parent), []).append(file)
     return found
 

@@ -1,11 +1,9 @@
-"""Mutation testing: which small defect does no test notice, and which tests notice it?
+"""Mutation testing: which small defects does no test notice?
 
 `python tests/tools/mutation.py --count 300` puts defects into a copy of the checkout, one at a
-time, and runs the tests that execute the changed line (also inside a built FMU or a subprocess) up
-to the first failure; a mutant that survives these gets all other default tests. Of C the first are
-the tests of native FMUs; of JavaScript those of the page, then the page in a browser. `--matrix`
-goes on after failures: which tests catch which mutants? `--again 'FILE …'` runs these test files on
-the survivors. The mutants follow from the seed, a new one each week; a larger count continues a
+time, and runs the default tests that execute the changed line (also inside a built FMU or a
+subprocess) up to the first failure; of C those of native FMUs and the engine, of JavaScript those
+of the page. The mutants follow from the seed, a new one each week; a larger count continues a
 smaller one, an interrupted run goes on by the file of its results.
 
 mutmut 3.8 writes its dispatch and imports into the sources, from where they would be packed into
@@ -25,18 +23,16 @@ import signal
 import subprocess
 import sys
 from collections import Counter, defaultdict
-from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from datetime import date
-from functools import partial
-from itertools import accumulate, chain
-from math import inf
+from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
 
 import pytest
 from mutants import ROOT, Mutant, packages, sample
 
+from golf_build import native
 from golf_impact.data.files import read_toml
 
 #: They compare documents with the code: a defect that they notice may be written down by mistake.
@@ -45,17 +41,17 @@ NO_EVIDENCE = tuple(
     for name in ("tables_are_those_of_the_code", "contracts", "scenarios_import_no_machinery")
 )
 
-#: By the language: the tests that come first, then, and in the matrix. Of Python those come first
-#: that execute a line.
-NATIVE, BOTH = ("--native", "tests/numbers", "tests/contract"), ("-m", "browser or not browser")
-SUITES: dict[str, tuple[tuple[str, ...], ...]] = {
-    ".py": ((), (), ()),
-    ".c": (NATIVE, (), NATIVE),
-    ".js": (("tests/page",), ("tests/page", "-m", "browser"), ("tests/page", *BOTH)),
+#: The tests of languages that coverage doesn't measure.
+SUITES = {
+    ".c": ("--native", "tests/numbers", "tests/contract"),
+    ".js": ("tests/page", "-m", "browser or not browser"),
 }
 
-#: s: so many of the tests that execute its line come first; a longer test is an endless loop.
-_FIRST, _LONGEST = 60.0, 300
+#: The engine's, made anew for each mutant.
+WASM = Path("scenarios", "golf_impact", "explore", "physics.wasm")
+
+#: s: a longer test is an endless loop.
+_LONGEST = 300
 
 
 # In the test processes this file is a plugin: it records which test executes which line (coverage
@@ -111,25 +107,52 @@ class Checkout:
 
     def run(self, *arguments: str, every: bool = False, **more: str) -> tuple[str, list]:
         """Run pytest with more environment; how it ended, and name, failure, seconds by test."""
-        report, log = self.folder / "report", self.folder / "log"
+        report = self.folder / "report"
         report.write_text("")
+        command = ["pytest", "-n0", "-p", "mutation", "--maxfail=9999" if every else "-x"]
+        command += [f"--basetemp={self.folder}/t", *arguments]
+        code = self.python(*command, MUTATION_REPORT=str(report), **more)
+        ends = {0: "survived", 5: "survived", -signal.SIGALRM: "timeout"}
+        return ends.get(code, "caught"), [json.loads(line) for line in report.open()]
+
+    def python(self, *module: str, **more: str) -> int:
+        """Run a module with more environment, and end its processes; returns its exit code."""
         names = "fmu_src", "build", "scenarios", "tests", "tests/tools"
         # Not the variables of a test run that this may be part of.
         env = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST")}
         env |= {"PYTHONPATH": os.pathsep.join(str(self.root / name) for name in names)}
-        env |= {"MUTATION_REPORT": str(report), "CC": str(self.compiler), **more}
-        command = [sys.executable, "-B", "-m", "pytest", "-n0", *("-p", "mutation"), *arguments]
-        command += ["--maxfail=9999" if every else "-x", f"--basetemp={self.folder}/t"]
-        to = {"stdout": log.open("w"), "stderr": subprocess.STDOUT, "start_new_session": True}
-        process = subprocess.Popen(command, cwd=self.root, env=env, **to)
-        try:
-            code = process.wait()
-        finally:
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(process.pid, signal.SIGKILL)
-            process.wait()
-        ends = {0: "survived", 5: "survived", -signal.SIGALRM: "timeout"}
-        return ends.get(code, "caught"), [json.loads(line) for line in report.open()]
+        env |= {"CC": str(self.compiler), **more}
+        command = [sys.executable, "-B", "-m", *module]
+        with (self.folder / "log").open("w") as log:
+            to: dict = {"stdout": log, "stderr": subprocess.STDOUT, "start_new_session": True}
+            process = subprocess.Popen(command, cwd=self.root, env=env, **to)
+            try:
+                return process.wait()
+            finally:
+                with contextlib.suppress(ProcessLookupError):
+                    os.killpg(process.pid, signal.SIGKILL)
+                process.wait()
+
+    def test(self, mutant: Mutant, known: "Coverage") -> dict:
+        """How the tests of a mutant end, and which of them fail."""
+        suite, run = SUITES.get(Path(mutant.file).suffix), []
+        if suite is None:
+            run = known.tests(mutant)
+            suite = tuple({name.partition("::")[0] for name in run})
+        plan, target, wasm = self.folder / "plan", self.root / mutant.file, self.root / WASM
+        plan.write_text(json.dumps([run, known.skip]))
+        kept = {file: file.read_bytes() for file in (target, wasm)}
+        target.write_text(mutant.source, "utf-8")
+        state, ran = "survived", []
+        # Otherwise the engine refuses a module of other sources, whatever the defect.
+        if not mutant.file.endswith(".js") and self.python("golf_build.wasm"):
+            state = "caught"
+        elif suite:
+            state, ran = self.run(*suite, MUTATION_PLAN=str(plan))
+        for file, data in kept.items():
+            file.write_bytes(data)
+        by = [name for name, failed, _ in ran if failed]
+        return {"key": mutant.key, "state": state, "by": by}
 
 
 class Coverage(NamedTuple):
@@ -155,7 +178,7 @@ class Coverage(NamedTuple):
             if not ran:
                 raise SystemExit(f"no test has run: see {data / 'log'}")
             seconds, lines = {name: taken for name, _, taken in ran}, cls._lines(data)
-            for suite in NATIVE, SUITES[".js"][1]:
+            for suite in SUITES.values():
                 ran += checkout.run(*suite, every=True)[1]
             skip = [name for name, bad, _ in ran if bad or name.startswith(NO_EVIDENCE)]
             place.write_text(json.dumps([seconds, skip, lines], default=sorted))
@@ -179,41 +202,12 @@ class Coverage(NamedTuple):
                     lines[source(file)][line].update(tests)
         return lines
 
-    def tests(self, mutant: Mutant, limit: float) -> list[str]:
-        """Of the tests that execute a mutant's line, or its file, the quick ones first, by file."""
+    def tests(self, mutant: Mutant) -> list[str]:
+        """The tests that execute a mutant's line, or its file, the quick ones first, by file."""
         own = self.lines.get(mutant.file, {})
         found = own.get(str(mutant.line)) or chain.from_iterable(own.values())
         found = (self.seconds.keys() & found) - {*self.skip}
-        tests = sorted(found, key=lambda name: (self.seconds[name] > 0.2, name))
-        until = accumulate(map(self.seconds.__getitem__, tests))
-        return [name for name, time in zip(tests, until) if time <= limit]
-
-
-def try_mutant(mutant: Mutant, stage: str, checkout: Checkout, known: Coverage) -> dict:
-    """Run on one mutant the tests of a stage: `first`, `then`, `matrix`, or files to run again."""
-    suites = dict(zip(("first", "then", "matrix"), SUITES[Path(mutant.file).suffix]))
-    suite, run, skip = suites.get(stage, stage.split()), [], known.skip
-    if mutant.file.endswith(".py") and stage in suites:
-        run = known.tests(mutant, inf if stage == "matrix" else _FIRST)
-        suite = {name.partition("::")[0] for name in run}
-        if stage == "then":
-            suite, run, skip = (), [], skip + run
-    state, ran = "survived", []
-    if suite or stage == "then":
-        plan, target = checkout.folder / "plan", checkout.root / mutant.file
-        plan.write_text(json.dumps([run, skip]))
-        before = target.read_bytes()
-        target.write_text(mutant.source, "utf-8")
-        state, ran = checkout.run(*suite, every=stage == "matrix", MUTATION_PLAN=str(plan))
-        target.write_bytes(before)
-    by = [name for name, failed, _ in ran if failed]
-    return {"key": mutant.key, "stage": stage, "state": state, "by": by}
-
-
-def print_table(columns: Sequence[str], counts: dict[str, Counter]) -> None:
-    print(f"{'':44}", *(f"{name:>10}" for name in columns))
-    for row, count in counts.items():
-        print(f"{row:44}", *(f"{count[name]:10}" for name in columns))
+        return sorted(found, key=lambda name: (self.seconds[name] > 0.2, name))
 
 
 def share(chosen: list[Mutant], results: dict, reasons: dict) -> float:
@@ -226,20 +220,12 @@ def share(chosen: list[Mutant], results: dict, reasons: dict) -> float:
             print(state, *mutant.difference, *filter(None, [reason]), sep="\n  ")
         for package in (str(Path(mutant.file).parent), "all"):
             counts[package].update([state, "mutants"])
-    print_table(("mutants", "caught", "timeout", "survived", "equivalent", "not run"), counts)
+    columns = "mutants", "caught", "timeout", "survived", "equivalent", "not run"
+    print(f"{'':44}", *(f"{name:>10}" for name in columns))
+    for package, count in counts.items():
+        print(f"{package:44}", *(f"{count[name]:10}" for name in columns))
     caught = counts["all"]["caught"] + counts["all"]["timeout"]
     return caught / max(1, caught + counts["all"]["survived"])
-
-
-def print_matrix(chosen: list[Mutant], results: dict) -> None:
-    """Print of each test file how many mutants it catches, and how many no other file does."""
-    files = sorted(str(path.relative_to(ROOT)) for path in ROOT.glob("tests/**/test_*.py"))
-    counts: dict[str, Counter] = {file: Counter() for file in files}
-    for row in (results[mutant.key] for mutant in chosen if mutant.key in results):
-        catching = {name.partition("::")[0] for name in row["by"]}
-        for file in catching:
-            counts[file].update(["caught", "alone"] if len(catching) == 1 else ["caught"])
-    print_table(("caught", "alone"), counts)
 
 
 def main(arguments: list[str] | None = None) -> float:
@@ -250,12 +236,12 @@ def main(arguments: list[str] | None = None) -> float:
     parser.add_argument("--seed", type=int, default=100 * year + week, help="default: this week's")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--folder", type=Path, default=ROOT / "build" / "mutation")
-    parser.add_argument("--matrix", action="store_true", help="all tests, whatever fails")
-    parser.add_argument("--again", default="", help="test files to run on survivors")
     options = parser.parse_args(arguments)
     print("seed", options.seed)
+    if native.ziglang() is None:
+        raise SystemExit(native.advice())
     known, chosen = Coverage.measured(options.folder), sample(options.count, options.seed)
-    log = options.folder / ("matrix.jsonl" if options.matrix else "results.jsonl")
+    log = options.folder / "results.jsonl"
     log.touch()
     results = {row["key"]: row for row in map(json.loads, log.open())}
     rows = read_toml(Path(__file__).with_name("equivalent_mutants.toml"))["mutants"]
@@ -264,24 +250,18 @@ def main(arguments: list[str] | None = None) -> float:
     for n in range(options.workers):
         checkouts.put(Checkout(options.folder / f"worker{n}"))
 
-    def step(stage: str, mutant: Mutant) -> None:
-        last = results.get(mutant.key, {"state": "survived", "stage": ""})
-        done = last["stage"] in (stage, "then") and not options.again
-        if done or last["state"] != "survived" or tuple(mutant.difference) in reasons:
+    def test(mutant: Mutant) -> None:
+        if mutant.key in results or tuple(mutant.difference) in reasons:
             return
         checkout = checkouts.get()
-        results[mutant.key] = try_mutant(mutant, stage, checkout, known)
+        results[mutant.key] = checkout.test(mutant, known)
         checkouts.put(checkout)
         with log.open("a") as file:
             print(json.dumps(results[mutant.key]), file=file, flush=True)
 
-    stages = ["matrix"] if options.matrix else ["first", "then"]
-    for stage in [options.again] if options.again else stages:
-        with ThreadPoolExecutor(options.workers) as pool:
-            list(pool.map(partial(step, stage), chosen))
+    with ThreadPoolExecutor(options.workers) as pool:
+        list(pool.map(test, chosen))
     caught = share(chosen, results, reasons)
-    if options.matrix:
-        print_matrix(chosen, results)
     print(f"{caught:.1%} of the mutants that aren't equivalent are caught")
     return caught
 
