@@ -1,7 +1,6 @@
 """Processes; calls of golf-impact in a separate one, or in this one in a tenth of the time."""
 
 import io
-import json
 import os
 import shlex
 import shutil
@@ -91,15 +90,6 @@ def golf_here(*arguments, cwd=None, code=None):
         os.chdir(before)
     done = SimpleNamespace(returncode=ended_with, stdout=out.getvalue(), stderr=err.getvalue())
     return ended(done, code)
-
-
-def golf_case(folder, *options, **how):
-    """`run` of a case of one's own, without figures: what ended, and the results of the case."""
-    done = golf_here("run", *options, "--no-figures", "--out", folder, code=0, **how)
-    file = max(folder.glob("*_results.json"), key=lambda file: file.stat().st_mtime_ns)
-    (cases,) = json.loads(file.read_text()).values()
-    (case,) = cases.values()
-    return done, case
 
 
 def refused(done, *words):

@@ -1,4 +1,4 @@
-"""`golf-impact run`: scenarios, their report, cases of one's own, balls and units."""
+"""`golf-impact run`: scenarios, their report, cases of one's own; see transcripts/run.md, too."""
 
 import html
 import io
@@ -9,18 +9,17 @@ import sys
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from command import golf_case, golf_here, refused, run
+from command import golf_here, run
 from html5 import check_page
 from PIL import Image
 
 import golf_impact
+from golf_impact.commands.run import name_of_case
 from golf_impact.data import document
 from golf_impact.data.balls import BALLS
 from golf_impact.data.quantities import derived, describe
 from golf_impact.report import scripts
 from golf_impact.report.results import _with_minus, narrow_png, plotting
-
-MPH = 0.44704
 
 
 @pytest.fixture(scope="module")
@@ -138,30 +137,6 @@ def test_narrow_figures():
     assert not plt.get_fignums()
 
 
-def test_a_scenario_by_name_has_a_folder_of_its_own(tmp_path):
-    for folder in ("one", "two"):
-        golf_here("run", "shaft", "--no-figures", "--out", folder, cwd=tmp_path, code=0)
-    golf_here("run", "shaft", "--no-figures", cwd=tmp_path, code=0)
-    files = [*tmp_path.rglob("results.json")]
-    assert {str(file.parent.relative_to(tmp_path)) for file in files} == {
-        "one", "two", "golf-impact-results/shaft"
-    }  # fmt: skip
-    assert len({file.read_bytes() for file in files}) == 1
-
-
-def test_nothing_is_built_beside_a_given_fmu(fmu_path, tmp_path):
-    """Scenarios that need further files are left out with a line."""
-    fmu, out = tmp_path / "ClubBallImpact.fmu", tmp_path / "out"
-    fmu.write_bytes(fmu_path.read_bytes())
-    done = golf_here("run", "laws", "loft", "system", "--fmu", fmu, "--out", out, code=0)
-    for name, file in (("loft", "Launch.fmu"), ("system", "GolfSwing.ssp")):
-        assert f"{name} is left out: there is no {file} beside" in done.stderr
-    assert list(json.loads((out / "results.json").read_text())) == ["laws"]
-    done = golf_here("run", "loft", "--fmu", fmu, "--out", out, code=2)
-    assert "there is nothing to run" in done.stderr
-    assert {file.name for file in tmp_path.iterdir()} == {"ClubBallImpact.fmu", "out"}
-
-
 #: The scenario in their README.
 README = (scripts.FOLDER / "README.md").read_text("utf-8")
 MINE = re.search(r"```python\n(.*?)```", README, re.DOTALL)[1]
@@ -182,32 +157,16 @@ def test_a_scenario_of_ones_own(tmp_path, alone):
     assert (out / "stiffer_force.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_two_scenarios_of_one_name(tmp_path):
-    (tmp_path / "laws.py").write_text(MINE, "utf-8")
-    assert "same name" in golf_here("run", "laws", "laws.py", cwd=tmp_path, code=2).stderr
-
-
 # Cases of one's own
 
 
 def test_a_case_of_ones_own(tmp_path):
-    """It replaces nothing of a run of scenarios into the same folder; law 1 is named as such."""
-    out = tmp_path / "out"
-    golf_here("run", "laws", "--no-figures", "--out", out, code=0)
-    before = {path.name: path.read_bytes() for path in out.iterdir()}
-    done = golf_here("run", "--set", "club_speed=95mph", "--out", out, code=0)
-    after = {path.name: path.read_bytes() for path in out.iterdir()}
-    assert after.items() >= before.items()
-    ends = ("trajectory.csv", "force.png", "report.html", "results.json")
-    assert set(after) - set(before) == {f"club_speed=42.4688_{end}" for end in ends}
+    """Its numbers; in the report its main result, its figure, its table."""
+    golf_here("run", "--set", "club_speed=95mph", "--out", tmp_path, code=0)
     name = "club_speed=42.4688"
-    case = json.loads(after[f"{name}_results.json"])[name][name]
+    case = json.loads((tmp_path / f"{name}_results.json").read_text())[name][name]
     assert case["smash_factor"] * 42.4688 == pytest.approx(case["ball_velocity"], rel=1e-15)
-    words = " ".join(done.stdout.split())
-    assert "law 1, k = 1 MN/m, b = 9 N·s/m" in words
-    assert "This is law 1" in words
-    assert "--ball roh-lee for a real ball" in words
-    page = after[f"{name}_report.html"].decode()
+    page = (tmp_path / f"{name}_report.html").read_text("utf-8")
     assert page.index("1.5641") < page.index("<img") < page.index("<table")
 
 
@@ -225,136 +184,30 @@ def test_numbers_beside_the_outputs():
     assert describe(tour) == "law 2, k = 1 MN/m, n = 1.5, b by COR = 0.86 − 0.003 s/m · v"
 
 
-@pytest.mark.parametrize(
-    ("given", "words", "missing"),
-    [
-        ("b=2000", "no separation", {"contact_time", "coefficient_of_restitution"}),
-        ("club_speed=-3", "no contact", {"contact_time", "touch_time", "smash_factor"}),
-        # ζ = 2.58: under law 1 the bodies separate below 2.91.
-        ("b=1000", None, set()),
-        ("k=0.1", None, set()),
-    ],
-)
-def test_results_without_a_contact_or_a_separation(tmp_path, given, words, missing):
-    law = () if words else ("--set", "law=2") * given.startswith("k")
-    done, case = golf_case(tmp_path, "--set", given, *law)
-    assert missing <= {name for name, value in case.items() if value is None}
-    assert isinstance(case["max_force"], float)
-    if words is None:
-        assert None not in case.values()
-        assert "no separation" not in done.stdout
-    else:
-        (line,) = (line for line in done.stdout.splitlines() if "contact time" in line)
-        assert words in line
-        (report,) = tmp_path.glob("*_report.html")
-        assert f"<td>{words}</td>" in report.read_text("utf-8")
+def test_names_of_cases():
+    """Of balls and values in SI units; another case has another one, also if both are long."""
+    many = dict.fromkeys(("club_speed", "gap", "b", "m_club", "k"), 0.12345678901234566)
+    cases = [
+        ({"k": 8e5}, "k=800000"),
+        ({"k": 800100.0, "b": 8.0}, "k=800100_b=8"),
+        ({}, "roh-lee"),
+        ({"k": 8e5}, "roh-lee_k=800000"),
+        (many, "club_speed=0.123456"),
+        (many | {"law": 2}, "club_speed=0.123456"),
+    ]
+    found = [name_of_case(v, [BALLS["roh-lee"]] * ("roh" in name)) for v, name in cases]
+    assert len({*found}) == len(cases)
+    for name, (_, start) in zip(found, cases):
+        assert name.startswith(start)
+        assert len(f"{name}_trajectory_0123456789.csv") < 255
 
 
-@pytest.mark.parametrize(
-    ("line", "words"),
-    [
-        # On both sides of a border; not about 0.
-        ("run --set club_speed=70.05", "write --set club_speed=31.3152 for 70.05 mph or --set"),
-        ("run --set club_speed=70", ""),
-        ("run --set m_club=10.005", "for 10.005 g"),
-        ("run --set m_club=10", ""),
-        ("run --set k=770", "--set k=770 is taken in N/m: write --set k=770000 for 770 N/mm"),
-        ("run --set k=1e4", ""),
-        ("run --set ball_diameter=42.67", "ball_diameter=0.04267 for 42.67 mm"),
-        ("run --set ball_diameter=1", ""),
-        ("run --set law=2 --set b=0.03", "taken in N·s/m: golf balls have"),
-        ("run --set b=0.1", ""),
-        ("run --set b=0", ""),
-        ("run --ball soft.toml", "soft.toml: k = 770 is taken in N/m: write k = 770000 for"),
-        ("run --ball roh-lee --set club_speed=29.9", "roh-lee holds for 30 to 50 m/s, not for 29"),
-        ("run --ball roh-lee --set club_speed=30", ""),
-        # The approach speed counts.
-        ("run --ball roh-lee --set ball_speed=-5 --set club_speed=46", "not for 51"),
-        ("run --ball roh-lee --set club_speed=50", ""),
-        ("run --ball roh-lee --set club_speed=50.1", "roh-lee holds for 30 to 50 m/s, not for 50"),
-        ("sweep --set club_speed=90,95", "--set club_speed=42.4688 for 95 mph"),
-        ("sweep --set club_speed=normal:95:2 --samples 3", "--set club_speed=42.4688 for 95 mph"),
-        ("sweep --set ball=soft.toml", "soft.toml: k = 770 is taken in N/m: write k = 770000 for"),
-    ],
-)
-def test_remarks(tmp_path, line, words):
-    """Once a command: about numbers that look like those of another unit, and a ball's range."""
-    (tmp_path / "soft.toml").write_text("law = 2\nk = 770\n")
-    out = "x.csv" if line.startswith("sweep") else "out"
-    done = golf_here(*line.split(), "--no-figures", "--out", out, cwd=tmp_path, code=0)
-    assert words in done.stderr
-    assert done.stderr.count(words) == 1 if words else done.stderr == ""
-
-
-def test_scenarios_keep_their_values(tmp_path):
-    command = "run", "laws", "--set", "k=8e5", "--no-figures", "--out", tmp_path
-    done = golf_here(*command, code=0)
-    assert "a case of your own; they don't change laws" in done.stdout
-
-
-def test_files_of_a_case_are_its_own(tmp_path):
-    """No case replaces another one's: its name has its balls and values, or is given."""
-    many = [f"--set={n}=0.{'1234567890' * 2}" for n in ("club_speed", "gap", "b", "m_club", "k")]
-    for n, (more, name) in enumerate(
-        [(("--set=k=8e5",), "k=800000"), (("--set=k=800.1 N/mm",), "k=800100"),
-         (("--set=k=800.1N/mm", "--set=b=8"), "k=800100_b=8"), (("--ball=roh-lee",), "roh-lee"),
-         (("--ball=roh-lee", "--set=k=8e5"), "roh-lee_k=800000"), (many, "club_speed=0.123456"),
-         ((*many, "--set=law=2"), "club_speed=0.123456"),
-         (("--ball=roh-lee", "--set=k=8e5", "--name=stiff"), "stiff")], 1
-    ):  # fmt: skip
-        before = {file: file.read_bytes() for file in tmp_path.iterdir()}
-        golf_here("run", *more, "--out", tmp_path, code=0)
-        after = {file: file.read_bytes() for file in tmp_path.iterdir()}
-        assert after.items() >= before.items()
-        assert len(after) == 4 * n
-        assert {file.name.startswith(name) for file in after.keys() - before} == {True}
-    case = json.loads((tmp_path / "stiff_results.json").read_text())["stiff"]
-    assert [*case] == ["roh-lee"]
-    assert '<th scope="col">roh-lee' in (tmp_path / "roh-lee_report.html").read_text("utf-8")
-    refused(golf_here("run", "--set=k=8e5", "--name=a/b", "--out", tmp_path), "leave out")
-    refused(golf_here("run", "laws", "--name=a", "--out", tmp_path), "--set or --ball")
-    assert len([*tmp_path.iterdir()]) == 32
-
-
-# Balls
-
-
-def test_several_balls(tmp_path):
-    """In their order; --set overrides their values."""
-    command = "run", "--ball", "tour", "--ball", "penner", "--no-figures", "--out", tmp_path
-    golf_here(*command, "--set", "club_speed=50", code=0)
-    name = "tour_penner_club_speed=50"
-    cases = json.loads((tmp_path / f"{name}_results.json").read_text())[name]
-    assert list(cases) == ["tour", "penner"]
-    for name, case in cases.items():
-        force = golf_impact.run_impact(**{**BALLS[name].values, "club_speed": 50.0})["max_force"]
-        assert case["max_force"] == pytest.approx(force, rel=1e-13)
-
-
-def test_a_ball_from_a_file(tmp_path):
-    """Values in units, with conditions of the measurement, which hold unless they are set."""
+def test_a_ball_of_a_file(tmp_path):
+    """The case has its values, in SI units, and the conditions of its measurement."""
     (tmp_path / "mine.toml").write_text(
-        'law = 2\nk = "770 N/mm"\nb = 30\nball_diameter = "42.67mm"\n'
-        '[conditions]\nclub_speed = "144 km/h"\n'
+        'law = 2\nk = "770 N/mm"\nb = 30\n[conditions]\nclub_speed = "144 km/h"\n'
     )
-    for more, speed in (((), 40.0), (("--set", "club_speed=95mph"), 95 * MPH)):
-        done, case = golf_case(tmp_path, "--ball", "mine.toml", *more, cwd=tmp_path)
-        direct = golf_impact.run_impact(law=2, k=7.7e5, b=30.0, club_speed=speed)
-        assert case["max_force"] == direct["max_force"]
-        assert ("club_speed=40" in done.stdout) == (not more)
-
-
-def test_intervals_of_a_ball(tmp_path):
-    """Without damping contact time is π √(μ/k): 0.2 % of k are 0.1 % of it."""
-    file = tmp_path / "mine.toml"
-    uncertainty = '[uncertainty]\nparameters = ["k"]\ncovariance = [[1.6e6]]\n'
-    file.write_text(f"law = 2\nk = 8e5\nb = 0\n{uncertainty}")
-    command = "run", "--ball", file, "--ball", "document", "--out", tmp_path, "--no-figures"
-    done = golf_here(*command, code=0)
-    time = golf_impact.run_impact(law=2, k=8e5, b=0.0)["contact_time"] * 1e6
-    assert f"{time:.1f} ± {1.96 * 0.5 * 1.2649e3 / 8e5 * time:.1f}" in done.stdout
-    assert "Intervals are 95 %" in done.stdout
-    # COR doesn't depend on k, and what is set besides is exact.
-    done, _ = golf_case(tmp_path / "k", "--ball", file, "--set", "k=9e5")
-    assert "±" not in done.stdout
-    assert "Intervals" not in done.stdout
+    golf_here("run", "--ball", "mine.toml", "--no-figures", "--out", ".", cwd=tmp_path, code=0)
+    case = json.loads((tmp_path / "mine_results.json").read_text())["mine"]["mine"]
+    direct = golf_impact.run_impact(law=2, k=7.7e5, b=30.0, club_speed=40.0)
+    assert case["max_force"] == direct["max_force"]
