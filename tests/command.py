@@ -14,6 +14,15 @@ from types import SimpleNamespace
 from golf_impact.commands import app
 
 ROOT = Path(__file__).resolve().parent.parent
+#: All documents of a checkout, but for the changelog.
+DOCUMENTS = (
+    *(ROOT / name for name in ("README.md", ".github/CONTRIBUTING.md", "build/README.md")),
+    *(
+        path
+        for name in ("fmu_src", "scenarios", "tests")
+        for path in (ROOT / name).rglob("README.md")
+    ),
+)
 COMMAND = Path(sys.executable).with_name("golf-impact")
 
 

@@ -3,6 +3,7 @@
 import ast
 import importlib.metadata
 import re
+import shlex
 import shutil
 import sys
 from itertools import chain
@@ -13,20 +14,23 @@ import nbformat
 import pytest
 import readmes
 from cases import integrated
-from command import ROOT, run
+from command import DOCUMENTS, ROOT, run
 from nbclient import NotebookClient
 from packaging.requirements import Requirement
 from scipy.integrate import solve_ivp
+from typer.main import get_command
 
+from golf_impact.commands.app import app
 from golf_impact.data.document import tables
 from golf_impact.data.files import read_toml
 from golf_impact.report.scripts import BY_NAME, FOLDER, SCENARIOS
 
 PROJECT = read_toml(ROOT / "pyproject.toml")["project"]
 
-PACKAGES = ("scenarios/golf_impact/studies", "scenarios/golf_impact/evidence")
-FOLDERS = ("fmu_src", "fmu_src/golf_physics/companions", "build", "scenarios", *PACKAGES, "tests")
-DOCUMENTS = "README.md", ".github/CONTRIBUTING.md", *(f"{one}/README.md" for one in FOLDERS)
+PYTHON = r"(?s)```python\n(.*?)```"
+documents = pytest.mark.parametrize(
+    "document", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT))
+)
 
 
 def test_tables_are_those_of_the_code():
@@ -54,9 +58,8 @@ def anchors(file):
     return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
-@pytest.mark.parametrize("file", DOCUMENTS)
-def test_links_lead_somewhere(file):
-    document = ROOT / file
+@documents
+def test_links_lead_somewhere(document):
     for target in re.findall(r"\]\(([^)]+)\)", document.read_text("utf-8")):
         if not target.startswith(("http://", "https://")):
             path, _, anchor = target.partition("#")
@@ -65,9 +68,9 @@ def test_links_lead_somewhere(file):
             assert not anchor or anchor in anchors(there), target
 
 
-@pytest.mark.parametrize("file", DOCUMENTS)
-def test_modules_and_tests_that_they_name_exist(file):
-    text = (ROOT / file).read_text("utf-8")
+@documents
+def test_modules_and_tests_that_they_name_exist(document):
+    text = document.read_text("utf-8")
     for dotted in {*re.findall(r"\bgolf_(?:physics|impact|build)(?:\.\w+)+\b(?!/)", text)}:
         if not dotted.endswith((".py", ".toml")):
             resolve_name(dotted)
@@ -75,91 +78,83 @@ def test_modules_and_tests_that_they_name_exist(file):
         assert [*(ROOT / "tests").rglob(name)], name
 
 
-# Programs in them
+# Programs and command lines in them
 
 
-def programs(folder, heading):
-    """Text of a section of a README, and the one Python program in it."""
-    text = (ROOT / folder / "README.md").read_text("utf-8").partition(f"{heading}\n")[2]
-    text = re.split(r"(?m)^##+ ", text)[0]
-    (program,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    return text, program
+def programs():
+    """The Python programs; CONTRIBUTING.md has modules."""
+    for document in (one for one in DOCUMENTS if one.name == "README.md"):
+        found = re.findall(PYTHON, document.read_text("utf-8"))
+        yield from (
+            pytest.param(one, id=f"{document.parent.name}-{n}") for n, one in enumerate(found)
+        )
 
 
-def check_comment(program, printed):
-    """Assert that the numbers printed begin as those in the program's last comment."""
-    comment = re.findall(r"(?m)# (.*)$", program)[-1]
-    promised = [part.split()[0].rstrip("…") for part in comment.split(", ")]
-    assert promised
-    for number, start in zip(printed, promised, strict=True):
-        assert number.startswith(start)
+@pytest.mark.parametrize("program", [*programs()])
+def test_a_program(program, fmu_path, ssp, tmp_path):
+    """It prints what its comments promise, and writes its pictures."""
+    for file in ("ClubBallImpact.fmu", "build/ClubBallImpact.fmu"):
+        (tmp_path / file).parent.mkdir(exist_ok=True)
+        shutil.copy(fmu_path, tmp_path / file)
+    for file in ("GolfSwing.ssp", "build/GolfSwing.ssp"):
+        shutil.copy(ssp, tmp_path / file)
+    (tmp_path / "program.py").write_text(program, "utf-8")
+    words = iter(run(sys.executable, "program.py", cwd=tmp_path).stdout.split())
+    for comment in re.findall(r"(?m)^ *print.*\)  # (.*)$", program):
+        for promised in comment.split(", "):
+            start = promised.split()[0].rstrip("…")
+            assert any(word.startswith(start) for word in words), promised
+    for picture in re.findall(r'savefig\("(.*?)"', program):
+        assert (tmp_path / picture).is_file()
 
 
-#: What the first page's programs write.
-PLOTS = [["force.png"], ["stiffness.png"], []]
+def command_lines():
+    """Those of golf-impact, in blocks and in sentences."""
+    for document in DOCUMENTS:
+        text = document.read_text("utf-8").replace("\\\n", " ")
+        blocks = re.findall(r"(?m)^(?:.*\bin/)?golf-impact (\w.*?)(?: {3,}.*)?$", text)
+        for line in {*blocks, *re.findall(r"`(?:\.venv/bin/)?golf-impact (\w[^`]*)`", text)}:
+            if not line.startswith("COMMAND"):
+                yield line
 
 
-@pytest.mark.parametrize("number", range(3))
-def test_programs_of_the_first_page(fmu_path, tmp_path, number):
-    text = (ROOT / "README.md").read_text("utf-8")
-    programs = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    assert len(programs) == len(PLOTS)
-    (tmp_path / "build").mkdir()
-    shutil.copy(fmu_path, tmp_path / "build" / "ClubBallImpact.fmu")
-    done = run(sys.executable, "-c", programs[number], cwd=tmp_path)
-    assert [file.name for file in tmp_path.glob("*.png")] == PLOTS[number]
-    if "# " in programs[number]:
-        check_comment(programs[number], done.stdout.split())
+@pytest.mark.parametrize("line", sorted({*command_lines()}))
+def test_a_command_line(line):
+    """Its options exist and take such values."""
+    name, *words = shlex.split(line)
+    get_command(app).commands[name].make_context(name, words)
 
 
-def test_the_drive_by_fmpy(ssp, tmp_path):
-    _, program = programs("build", "## SSP")
-    shutil.copy(ssp, tmp_path / "GolfSwing.ssp")
-    lines = run(sys.executable, "-c", program, cwd=tmp_path).stdout.splitlines()
-    check_comment(program, [line.split()[1] for line in lines])
-
-
-#: The head's mass (kg), the grip's speed (m/s) and the shaft's stiffness and damping in the text.
-HEAD, GRIP, STIFFNESS, DAMPING = 0.2, 40.0, 2e5, 5.0
-
-
-def constant(t, x, v):
-    return 400.0
-
-
-def shaft(t, x, v):
-    return STIFFNESS * (GRIP * t - 0.5 - x) + DAMPING * (GRIP - v)
-
-
-def speed_of_the_ball(push):
-    """After an impact with a head that starts at -0.5 m with 40 m/s, by DOP853, m/s."""
+@pytest.mark.parametrize(
+    ("force", "steps", "tolerance"),
+    [
+        ("400.0", "[1e-3, 3e-4, 1e-4]", 1e-12),
+        ("2e5 * (40.0 * t - 0.5 - x) + 5.0 * (40.0 - v)", "[2e-5, 1e-5]", 3e-6),
+    ],
+)
+def test_a_host_for_a_club(fmu_path, tmp_path, force, steps, tolerance):
+    """As it stands there, and with the shaft in the text as its force, beside DOP853."""
+    text = (ROOT / "fmu_src/golf_physics/companions/README.md").read_text("utf-8")
+    text = text.partition("### A host for a club of your own")[2]
+    assert f"return {force}" in text
+    program = f"import random\nrandom.seed(1)\n{re.search(PYTHON, text)[1]}"
+    program = program.replace("return 400.0", f"return {force}")
+    program = program.replace("[1e-3, 3e-4, 1e-4]", steps)
+    shutil.copy(fmu_path, tmp_path)
+    done = run(sys.executable, "-c", program, cwd=tmp_path)
 
     def touch(t, y):
         return y[0]
 
     touch.terminal = True
+    push = eval(f"lambda t, x, v: {force}")
     options = {"events": touch, "rtol": 1e-13, "atol": 1e-15, "max_step": 1e-4}
-    start = (lambda t, y: [y[1], push(t, *y) / HEAD]), (0.0, 1.0), [-0.5, GRIP], "DOP853"
+    start = (lambda t, y: [y[1], push(t, *y) / 0.2]), (0.0, 1.0), [-0.5, 40.0], "DOP853"
     path = solve_ivp(*start, **options)
-    values = {"law": 2, "m_club": HEAD, "club_speed": path.y[1, -1]}
-    return integrated(values, push=push, touch=path.t[-1])["ball_velocity"]
-
-
-@pytest.mark.parametrize(("push", "tolerance"), [(constant, 1e-12), (shaft, 3e-6)])
-def test_a_host_for_a_club(fmu_path, tmp_path, push, tolerance):
-    """As it stands there, and with the shaft in the text as its force."""
-    folder, heading = "fmu_src/golf_physics/companions", "### A host for a club of your own"
-    text, program = programs(folder, heading)
-    if push is shaft:
-        (body,) = re.findall(r"`(return 2e5 .*?)`", text)
-        program = program.replace("return 400.0", body)
-        program = program.replace("[1e-3, 3e-4, 1e-4]", "[2e-5, 1e-5]")
-        assert body in program
-    shutil.copy(fmu_path, tmp_path / "ClubBallImpact.fmu")
-    program = f"import random\nrandom.seed(1)\n{program}"
-    done = run(sys.executable, "-c", program, cwd=tmp_path)
-    ball = float(re.findall(r"ball (\S+) m/s", done.stdout)[0])
-    assert ball == pytest.approx(speed_of_the_ball(push), rel=tolerance)
+    values = {"law": 2, "m_club": 0.2, "club_speed": path.y[1, -1]}
+    expected = integrated(values, push=push, touch=path.t[-1])["ball_velocity"]
+    ball = float(re.search(r"ball (\S+) m/s", done.stdout)[1])
+    assert ball == pytest.approx(expected, rel=tolerance)
 
 
 # The lesson

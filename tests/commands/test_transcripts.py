@@ -14,21 +14,15 @@ import sys
 from pathlib import Path
 
 import pytest
-from command import ROOT, contents, golf_here
+from command import DOCUMENTS, ROOT, contents, golf_here
 
 FOLDER = Path(__file__).parent / "transcripts"
-READMES = ".", ".github", "build", "fmu_src", "scenarios", "tests"
-DOCUMENTS = (
-    *FOLDER.glob("*.md"),
-    *(path for name in READMES for path in (ROOT / name).glob("*.md")),
-)
-
 BLOCK = re.compile(r"^```(\w+)(?: (\S+))?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
 def sessions():
     """The console blocks of all documents, with the files before them."""
-    for document in sorted(DOCUMENTS):
+    for document in (*sorted(FOLDER.glob("*.md")), *DOCUMENTS):
         files = {}
         for number, block in enumerate(BLOCK.finditer(document.read_text("utf-8"))):
             language, name, text = block.groups()
