@@ -18,7 +18,6 @@ from golf_physics.variables import (
     INPUTS,
     LAWS,
     MORE_VARIABLES,
-    MOTION,
     SETTABLE,
     STATES,
     VARIABLES,
@@ -76,11 +75,6 @@ def _lines(fmi: int, token: str, start: Mapping[str, float]) -> Iterator[str]:
     yield "/* Places in the table by value reference; -1: there is none. */"
     places = {row.reference: place for place, row in enumerate(rows)}
     yield from _array("PLACES", [places.get(n, -1) for n in range(max(places) + 1)], "signed char")
-    yield ""
-    yield "/* X(name) for every output that isn't part of the state of the bodies. */"
-    outputs = (row.name for row in rows if row.causality != "input" and row.start is None)
-    yield "#define OUTPUTS(X) \\"
-    yield " \\\n".join(f"    X({name})" for name in outputs if name not in MOTION)
     yield ""
     # Model Exchange.
     yield f"enum {{ STATES = {len(STATES)}, INDICATORS = {len(INDICATORS)} }};"

@@ -7,6 +7,7 @@
 #include "state.c"
 
 #if FMI_VERSION == 3
+#include "events.c"
 #if defined __GNUC__
 #pragma GCC diagnostic ignored "-Wstrict-prototypes" /* of FMI's header */
 #endif

@@ -1,10 +1,11 @@
 /* Of FMI 3.0's co-simulation: event mode and early return. */
 
-static double output_time(Component *c, Impact *i)
+/* How long the phase lasts, s, found if that isn't known yet; infinite if it can't be computed. */
+static double find_phase_end(Impact *i)
 {
-    Instant now = instant_now(c);
-    (void)i;
-    return c->is.origin + (now.high + now.low);
+    while (i->phase == CONTACT && contact_extend(&i->contact)) continue;
+    if (i->phase == CONTACT && contact_failure(&i->contact).reason) return INFINITY;
+    return phase_duration(i);
 }
 
 /* Touch and separation that are still to come, one after the other, if the host's time is `point`. */

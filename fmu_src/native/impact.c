@@ -236,6 +236,8 @@ static void change_club_force(Impact *i, const Parameters *p, double club_force,
 
 /* THE IMPACT */
 
+static int has_touched(const Impact *i) { return i->phase != APPROACH; }
+
 /* How long the phase lasts, s, as far as that is known. */
 static double phase_duration(const Impact *i)
 {
@@ -248,16 +250,6 @@ static Instant phase_begin(const Impact *i)
     if (i->phase == APPROACH) return i->approach.begin;
     return i->phase == CONTACT ? i->begin : i->flight.begin;
 }
-
-#if FMI_VERSION == 3
-/* The same, found if it isn't known yet; infinite if it can't be computed. */
-static double find_phase_end(Impact *i)
-{
-    while (i->phase == CONTACT && contact_extend(&i->contact)) continue;
-    if (i->phase == CONTACT && contact_failure(&i->contact).reason) return INFINITY;
-    return phase_duration(i);
-}
-#endif
 
 /* Go on to the next phase, with these inputs, or to the next piece of a contact; not from flight.
    Returns whether that can be computed. */

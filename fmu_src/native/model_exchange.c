@@ -76,7 +76,7 @@ static double drag_on(const Component *c, const Impact *i, double velocity)
     return law_drag(&c->is.parameters, i->acting.b) * velocity;
 }
 
-static double output_club_acceleration(Component *c, Impact *i)
+static double club_acceleration(Component *c, Impact *i)
 {
     double m_club = c->is.parameters.m_club;
     if (i->phase == APPROACH) return 0.0;
@@ -86,7 +86,7 @@ static double output_club_acceleration(Component *c, Impact *i)
     return (i->acting.club_force ? force + i->acting.club_force : force) / m_club;
 }
 
-static double output_ball_acceleration(Component *c, Impact *i)
+static double ball_acceleration(Component *c, Impact *i)
 {
     if (i->phase != CONTACT) return 0.0;
     const State *s = solver_state(c);
@@ -101,19 +101,19 @@ static int is_over(const Component *c, const Impact *i, const State *s)
     return s->force <= 0.0 && s->v_club - s->v_ball < 0.5 * approach;
 }
 
-static double touch_indicator(const State *s)
+static double distance_to_touch(const State *s)
 {
     return larger(s->x_ball - s->x_club, s->v_ball - s->v_club) + ABOVE_ZERO;
 }
 
 /* Positive until the gap is closed and the bodies are closing, then -1. */
-static double output_touch_indicator(Component *c, Impact *i)
+static double touch_indicator(Component *c, const Impact *i)
 {
-    return has_touched(i) ? -1.0 : touch_indicator(solver_state(c));
+    return has_touched(i) ? -1.0 : distance_to_touch(solver_state(c));
 }
 
 /* Positive while there is a force, then negative: a root, as a power law's zero is too flat. */
-static double output_separation_indicator(Component *c, Impact *i)
+static double separation_indicator(Component *c, Impact *i)
 {
     if (i->phase != CONTACT) return has_touched(i) ? -1.0 : 1.0;
     const State *s = solver_state(c);
@@ -161,16 +161,16 @@ static int get_derivatives(Component *c, double derivatives[])
     Impact *i = present(c);
     derivatives[0] = c->solver.v_club;
     derivatives[1] = c->solver.v_ball;
-    derivatives[2] = output_club_acceleration(c, i);
-    derivatives[3] = output_ball_acceleration(c, i);
+    derivatives[2] = club_acceleration(c, i);
+    derivatives[3] = ball_acceleration(c, i);
     return !c->is.refused_count && c->is.mode != START_REFUSED;
 }
 
 static void get_indicators(Component *c, double indicators[])
 {
     Impact *i = present(c);
-    indicators[0] = output_touch_indicator(c, i);
-    indicators[1] = output_separation_indicator(c, i);
+    indicators[0] = touch_indicator(c, i);
+    indicators[1] = separation_indicator(c, i);
 }
 
 /* What happens at this instant; or why it may not. */
@@ -191,7 +191,7 @@ static Refusal handle_event(Component *c)
     c->has_state = 0;
     if (i->phase == APPROACH) {
         is->states[2] = inputs.club_speed;
-        if (touch_indicator(&ahead) > ABOVE_ZERO || closing <= SLOWEST) return ACCEPTED;
+        if (distance_to_touch(&ahead) > ABOVE_ZERO || closing <= SLOWEST) return ACCEPTED;
         /* A solver is exact beside any force. */
         Inputs free = inputs;
         free.club_force = 0.0;

@@ -197,46 +197,32 @@ static double panel_time(const SolvedPanel *p, int n)
 
 /* EVENTS */
 
-typedef double (*PanelFunction)(const Integrated *o, const SolvedPanel *p, double t);
+/* Quantities of the Quantity type; the slope of the force, of which the sign alone is used; what is
+   left of force or compression. */
+enum { FORCE_SLOPE = CLOSING + 1, LEFT };
 
-static double compression_on(const Integrated *o, const SolvedPanel *p, double t)
+static double value_on(const Integrated *o, const SolvedPanel *p, int of, double t)
 {
-    return (void)o, quantity_at(p, D, t);
+    if (of == FORCE_SLOPE) return evaluate(p->force_slope, ORDER - 1, argument_of(p, t));
+    double w = of == COMPRESSION ? 0.0 : quantity_at(p, W, t);
+    if (of == CLOSING) return w;
+    /* A force that grows from 0 at touch isn't one that has fallen to 0. */
+    if (of == LEFT && w >= 0.0) return 1.0;
+    double d = quantity_at(p, D, t);
+    if (of == COMPRESSION) return d;
+    double force = integrated_force(o, d, w);
+    return of == FORCE ? force : smaller(d, force);
 }
 
-static double closing_on(const Integrated *o, const SolvedPanel *p, double t)
-{
-    return (void)o, quantity_at(p, W, t);
-}
-
-static double force_on(const Integrated *o, const SolvedPanel *p, double t)
-{
-    return integrated_force(o, quantity_at(p, D, t), quantity_at(p, W, t));
-}
-
-/* Of the slope of the force the sign alone is used. */
-static double force_slope_on(const Integrated *o, const SolvedPanel *p, double t)
-{
-    return (void)o, evaluate(p->force_slope, ORDER - 1, argument_of(p, t));
-}
-
-/* What is left of force or compression. A force that grows from 0 at touch isn't one that has fallen
-   to 0. */
-static double left_on(const Integrated *o, const SolvedPanel *p, double t)
-{
-    if (closing_on(o, p, t) >= 0.0) return 1.0;
-    return smaller(compression_on(o, p, t), force_on(o, p, t));
-}
-
-/* The first double after `low` at which a function (times the sign) isn't above 0; it isn't at
+/* The first double after `low` at which a value (times the sign) isn't above 0; it isn't at
    `high`. */
-static double bisect(const Integrated *o, const SolvedPanel *p, PanelFunction function, double sign,
+static double bisect(const Integrated *o, const SolvedPanel *p, int of, double sign,
                      double low, double high)
 {
     for (int n = 0; n < HALVINGS; n++) {
         double middle = 0.5 * (low + high);
         if (!(low < middle && middle < high)) break;
-        if (sign * function(o, p, middle) > 0.0) low = middle;
+        if (sign * value_on(o, p, of, middle) > 0.0) low = middle;
         else high = middle;
     }
     return high;
@@ -246,12 +232,11 @@ static double bisect(const Integrated *o, const SolvedPanel *p, PanelFunction fu
 static int check_minimum(Integrated *o, const SolvedPanel *p, int place, double low, double high,
                          double *end)
 {
-    PanelFunction value = place ? force_on : compression_on;
-    PanelFunction slope = place ? force_slope_on : closing_on;
-    if (!(slope(o, p, low) < 0.0 && 0.0 < slope(o, p, high))) return 0;
-    double when = bisect(o, p, slope, -1.0, low, high), least = value(o, p, when);
+    int value = place ? FORCE : COMPRESSION, slope = place ? FORCE_SLOPE : CLOSING;
+    if (!(value_on(o, p, slope, low) < 0.0 && 0.0 < value_on(o, p, slope, high))) return 0;
+    double when = bisect(o, p, slope, -1.0, low, high), least = value_on(o, p, value, when);
     /* In the rounding errors of a small force it is none. */
-    if (!(least < value(o, p, high))) return 0;
+    if (!(least < value_on(o, p, value, high))) return 0;
     if (least <= 0.0) {
         *end = when;
         return 1;
@@ -265,21 +250,21 @@ static double end_on(Integrated *o, const SolvedPanel *p)
 {
     for (int n = 1; n < PANEL_TIMES; n++) {
         double low = panel_time(p, n - 1), high = panel_time(p, n), end = high, closing, ball;
-        int is_end = left_on(o, p, high) <= 0.0;
-        if (!is_end && closing_on(o, p, low) < 0.0)
+        int is_end = value_on(o, p, LEFT, high) <= 0.0;
+        if (!is_end && value_on(o, p, CLOSING, low) < 0.0)
             for (int place = 0; place < 2 && !o->failure.reason; place++)
                 is_end = check_minimum(o, p, place, low, high, &end) || is_end;
         if (o->failure.reason) return INFINITY;
         if (is_end) {
-            end = bisect(o, p, left_on, 1.0, low, end);
-            double w = closing_on(o, p, end);
-            accelerations(o, force_on(o, p, end), &closing, &ball);
+            end = bisect(o, p, LEFT, 1.0, low, end);
+            double w = value_on(o, p, CLOSING, end);
+            accelerations(o, value_on(o, p, FORCE, end), &closing, &ball);
             if (w * w < 2.0 * GRAZING_LEFT * closing * o->most[0])
                 o->failure = (Failure){UNDECIDED, {end}};
             return end;
         }
-        o->most[0] = larger(o->most[0], compression_on(o, p, high));
-        o->most[1] = larger(o->most[1], force_on(o, p, high));
+        o->most[0] = larger(o->most[0], value_on(o, p, COMPRESSION, high));
+        o->most[1] = larger(o->most[1], value_on(o, p, FORCE, high));
     }
     return INFINITY;
 }
@@ -287,15 +272,14 @@ static double end_on(Integrated *o, const SolvedPanel *p)
 /* Keep the maxima of a quantity on a panel that are above all before. */
 static void keep_peaks(Integrated *o, const SolvedPanel *p, Quantity quantity)
 {
-    PanelFunction value = quantity == FORCE ? force_on : compression_on;
-    PanelFunction slope = quantity == FORCE ? force_slope_on : closing_on;
+    int slope = quantity == FORCE ? FORCE_SLOPE : CLOSING;
     int *count = &o->peak_count[quantity];
     for (int n = 1; n < PANEL_TIMES; n++) {
         double low = smaller(panel_time(p, n - 1), o->duration);
         double high = smaller(panel_time(p, n), o->duration);
-        if (!(slope(o, p, low) > 0.0 && 0.0 >= slope(o, p, high))) continue;
+        if (!(value_on(o, p, slope, low) > 0.0 && 0.0 >= value_on(o, p, slope, high))) continue;
         double when = bisect(o, p, slope, 1.0, low, high);
-        Peak peak = {value(o, p, when), when};
+        Peak peak = {value_on(o, p, quantity, when), when};
         if (*count && peak.value <= o->peaks[quantity][*count - 1].value) continue;
         if (*count < MAXIMA) o->peaks[quantity][(*count)++] = peak;
     }

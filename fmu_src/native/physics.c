@@ -12,4 +12,5 @@
 #include "impact.c"
 #include "refusals.c"
 #include "component.c"
+#include "model_exchange.c"
 #include "outputs.c"

@@ -102,7 +102,7 @@ static Refusal run_row(Component *c, int row)
     Impact *i = &c->is.impact;
     if (!why.reason && i->phase == FLIGHT && c->is.inputs.club_force) {
         /* To separation: the head would go on accelerating, for seconds after 0.6 ms. */
-        step = (output_touch_time(c, i) + output_contact_time(c, i)) * (1.0 + 0x1p-51);
+        step = (output(c, VR_touch_time) + output(c, VR_contact_time)) * (1.0 + 0x1p-51);
         why = go_to(c, step, step);
     }
     return why;

@@ -1,7 +1,8 @@
 /* component/state.py: the state of an instance, copied, and as bytes for another process.
 
    Bytes have a name that changes with the layout, every value, and a checksum; contacts are made again
-   from their initial states. Bytes of another version, cut or damaged ones, are refused. */
+   from their initial states. Bytes of another version, cut or damaged ones, are refused; forged ones with
+   a right checksum are the host's own business. */
 
 static const char LAYOUT[] = "golf-impact native state 4";
 
@@ -28,33 +29,6 @@ static void packed(const Snapshot *from, unsigned char bytes[])
 
 /* READING */
 
-static int are_refusals(const Refusal refusals[], int count, int most)
-{
-    if (count < 0 || count > most) return 0;
-    for (int n = 0; n < count; n++) {
-        const Refusal *r = &refusals[n];
-        if ((int)r->reason <= FINE || r->reason >= REASONS || r->place < 0 || r->place > SETTABLE
-            || (int)r->type < 0 || r->type > UINT64 || r->prevented)
-            return 0;
-        if (r->place == SETTABLE && r->reason != START_TIME) return 0;
-    }
-    return 1;
-}
-
-/* Bytes with a right checksum are those of an instance. What is checked all the same is what would
-   be used as an index, or make a step endless: a phase doesn't begin after the clock. */
-static int is_possible(const Snapshot *is)
-{
-    const Impact *i = &is->impact;
-    Instant now = instant_after(is, is->count);
-    double ahead = (i->begin.high - now.high) + (i->begin.low - now.low);
-    return (int)is->mode >= INSTANTIATED && is->mode <= TERMINATED && (int)i->phase >= APPROACH
-           && i->phase <= FLIGHT && are_refusals(is->refused, is->refused_count, SETTABLE + 1)
-           && are_refusals(is->illegal, is->illegal_count, MOST_ILLEGAL)
-           && (is->has_impact || is->mode != STEPPING)
-           && (i->phase == APPROACH || is->is_solved || ahead <= 4.0 * RESOLUTION * fabs(now.high));
-}
-
 /* Read a state from bytes; returns whether they are one of this version's. */
 static int unpacked(Snapshot *to, const unsigned char bytes[], size_t size)
 {
@@ -65,7 +39,6 @@ static int unpacked(Snapshot *to, const unsigned char bytes[], size_t size)
     if (sum != checksum(bytes, size - sizeof sum)) return 0;
     memcpy(to, bytes + sizeof LAYOUT, STATE_SIZE);
     to->impact.has_failed = 0;
-    if (!is_possible(to)) return 0;
     if (to->has_impact && !to->is_solved && to->impact.phase != APPROACH)
         contact_begin(&to->impact.contact, &to->parameters, to->impact.acting, to->impact.motion);
     return 1;
