@@ -27,6 +27,8 @@ from golf_physics.variables import (
 #: The contact laws that C has (law.c): native FMUs and the page offer these alone.
 NATIVE_LAWS = {number: LAWS[number] for number in (1, 2)}
 
+_lines = "\n".join
+
 _TYPES = {"Real": "REAL", "Enumeration": "ENUMERATION", "Boolean": "BOOLEAN"}
 
 
@@ -35,66 +37,65 @@ def header(fmi: int, token: str, start: Mapping[str, float]) -> str:
 
     `start` has start values by name, where they aren't those of the table.
     """
-    lines = _lines(fmi, token, start)
-    return "\n".join(["/* Made from golf_physics by golf_build.native_header. */", "", *lines])
-
-
-def _lines(fmi: int, token: str, start: Mapping[str, float]) -> Iterator[str]:
     # Those that can be set first, in the order of an instance's values.
     rows = [*SETTABLE.values(), *(row for row in VARIABLES if row.start is None)]
     rows += (row for row in MORE_VARIABLES if fmi == 3 or (fmi == 2 and row.name != "time"))
-    yield f"#define FMI_VERSION {fmi}"
-    yield f'#define TOKEN "{token}"'
-    yield ""
-    yield "enum {"
-    yield from (f"    VR_{row.name} = {row.reference}," for row in rows)
-    yield f"    SETTABLE = {len(SETTABLE)}, /* inputs and parameters */"
-    yield f"    INPUTS = {INPUTS},"
-    yield f"    VARIABLES = {len(rows)}"
-    yield "};"
-    yield ""
-    # FMI 3.0 has more of them, of which there are no variables.
-    others = "FLOAT32, INT8, UINT8, INT16, UINT16, INT32, UINT32, UINT64"
-    yield f"typedef enum {{ REAL, ENUMERATION, BOOLEAN, STRING, {others} }} Type;"
-    yield "typedef enum { INPUT, PARAMETER, RESULT } Causality;"
-    yield ""
-    yield "/* A variable; what is said of a refused value of it. */"
-    yield "typedef struct {"
-    yield "    const char *name;"
-    yield "    Type type;"
-    yield "    Causality causality;"
-    yield "    double start, low, high;"
-    yield "    const char *refused;"
-    yield "} Variable;"
-    yield ""
-    yield "/* Inputs and parameters come first, in the order of an instance's values. */"
-    yield "static const Variable TABLE[] = {"
-    yield from (_variable(row._replace(start=start.get(row.name, row.start))) for row in rows)
-    yield "};"
-    yield ""
-    yield "/* Places in the table by value reference; -1: there is none. */"
     places = {row.reference: place for place, row in enumerate(rows)}
-    yield from _array("PLACES", [places.get(n, -1) for n in range(max(places) + 1)], "signed char")
-    yield ""
-    # Model Exchange.
-    yield f"enum {{ STATES = {len(STATES)}, INDICATORS = {len(INDICATORS)} }};"
-    if fmi:
-        yield from _array("NOMINALS", [BY_NAME[name].nominal for name in STATES])
-    yield ""
-    yield from _constants()
-    yield ""
-    yield "/* Why something is refused, and the sentence. */"
+    nominals = [BY_NAME[name].nominal for name in STATES if fmi]
     sentences = dict(_sentences())
-    yield "typedef enum {"
-    yield ",\n".join(f"    {reason}" for reason in ("FINE", *sentences, "REASONS"))
-    yield "} Reason;"
-    yield ""
-    yield "/* %n: a name, %t: a type, %s: words, %r: a number, %g: one of six digits. */"
-    yield "static const char *const SENTENCES[] = {"
-    yield '    "",'
-    yield from (f"    /* {reason} */ {text}," for reason, text in sentences.items())
-    yield "};"
-    yield ""
+    started = (row._replace(start=start.get(row.name, row.start)) for row in rows)
+    return f"""/* Made from golf_physics by golf_build.native_header. */
+
+#define FMI_VERSION {fmi}
+#define TOKEN "{token}"
+
+enum {{
+{_lines(f"    VR_{row.name} = {row.reference}," for row in rows)}
+    SETTABLE = {len(SETTABLE)}, /* inputs and parameters */
+    INPUTS = {INPUTS},
+    VARIABLES = {len(rows)},
+    STATES = {len(STATES)}, /* of Model Exchange */
+    INDICATORS = {len(INDICATORS)}
+}};
+
+/* FMI 3.0 has more of them, of which there are no variables. */
+typedef enum {{
+    REAL, ENUMERATION, BOOLEAN, STRING, FLOAT32, INT8, UINT8, INT16, UINT16, INT32, UINT32, UINT64
+}} Type;
+typedef enum {{ INPUT, PARAMETER, RESULT }} Causality;
+
+/* A variable; what is said of a refused value of it. */
+typedef struct {{
+    const char *name;
+    Type type;
+    Causality causality;
+    double start, low, high;
+    const char *refused;
+}} Variable;
+
+/* Inputs and parameters come first, in the order of an instance's values. */
+static const Variable TABLE[] = {{
+{_lines(map(_variable, started))}
+}};
+
+/* Places in the table by value reference; -1: there is none. */
+{_array("PLACES", [places.get(n, -1) for n in range(max(places) + 1)], "signed char")}
+
+{_array("NOMINALS", nominals) if fmi else ""}
+{_lines(_constants())}
+
+/* Why something is refused, and the sentence. */
+typedef enum {{
+{_lines(f"    {reason}," for reason in ("FINE", *sentences))}
+    REASONS
+}} Reason;
+
+/* %n: a name, %t: a type, %s: words, %r: a number, %g: one of six digits. */
+static const char *const SENTENCES[] = {{
+    "",
+{_lines(f"    /* {reason} */ {text}," for reason, text in sentences.items())}
+}};
+"""
 
 
 def native_row(row: Variable) -> Variable:
@@ -118,23 +119,19 @@ def _constants() -> Iterator[str]:
         yield f"#define {name} {getattr(refusals, name)!r}"
     yield f"enum {{ GAUSS_POINTS = {len(gauss.GAUSS_5)}, ORDER = {chebyshev.ORDER} }};"
     nodes, weights = zip(*gauss.GAUSS_5)
-    yield from _array("GAUSS_NODES", nodes)
-    yield from _array("GAUSS_WEIGHTS", weights)
-    yield from _array("NODES", chebyshev.NODES)
-    yield from _matrix("TRANSFORM", chebyshev._TRANSFORM)
-    yield from _matrix("INTEGRALS", chebyshev.INTEGRALS)
-    yield from _array("CUTS_BELOW_CRITICAL", power_law._CUTS_BELOW_CRITICAL)
-    yield from _array("CUTS_ABOVE_CRITICAL", power_law._CUTS_ABOVE_CRITICAL)
+    yield _array("GAUSS_NODES", nodes)
+    yield _array("GAUSS_WEIGHTS", weights)
+    yield _array("NODES", chebyshev.NODES)
+    for name, rows in (("TRANSFORM", chebyshev._TRANSFORM), ("INTEGRALS", chebyshev.INTEGRALS)):
+        yield f"static const double {name}[][{len(rows[0])}] = {{"
+        yield from (f"    {{{', '.join(map(repr, row))}}}," for row in rows)
+        yield "};"
+    yield _array("CUTS_BELOW_CRITICAL", power_law._CUTS_BELOW_CRITICAL)
+    yield _array("CUTS_ABOVE_CRITICAL", power_law._CUTS_ABOVE_CRITICAL)
 
 
-def _array(name: str, values: Any, type_: str = "double") -> Iterator[str]:
-    yield f"static const {type_} {name}[] = {{{', '.join(map(repr, values))}}};"
-
-
-def _matrix(name: str, rows: Any) -> Iterator[str]:
-    yield f"static const double {name}[][{len(rows[0])}] = {{"
-    yield from (f"    {{{', '.join(map(repr, row))}}}," for row in rows)
-    yield "};"
+def _array(name: str, values: Any, type_: str = "double") -> str:
+    return f"static const {type_} {name}[] = {{{', '.join(map(repr, values))}}};"
 
 
 # SENTENCES

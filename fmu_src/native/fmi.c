@@ -3,6 +3,7 @@
 #if FMI_VERSION == 3
 #define FMI_STATE(verb, more) fmi3##verb##FMUState##more
 #define fmi3DeSerializeFMUState fmi3DeserializeFMUState
+#define fmi3GetDerivatives fmi3GetContinuousStateDerivatives
 #define VALUE_COUNT , size_t value_count
 #define ARE_AS_MANY (count == value_count)
 #else
@@ -123,7 +124,7 @@ FMI(Status) FMI_STATE(DeSerialize, )(void *c, const FMI(Byte) bytes[], size_t si
 
 /* MODEL EXCHANGE */
 
-#define CAN_SOLVE(count, size) (is_of_kind(c, MODEL_EXCHANGE) && values && (count) == (size))
+#define CAN_SOLVE(size) (is_of_kind(c, MODEL_EXCHANGE) && values && count == (size))
 
 /* After initialization alone does a solver set anything. */
 static int has_begun(Instance *i)
@@ -141,35 +142,32 @@ FMI(Status) FMI(SetTime)(void *c, double time)
 
 FMI(Status) FMI(SetContinuousStates)(void *c, const double values[], size_t count)
 {
-    int is_legal = CAN_SOLVE(count, STATES) && has_begun(c);
+    int is_legal = CAN_SOLVE(STATES) && has_begun(c);
     if (is_legal) set_states(COMPONENT(c), values);
     return status_of(is_legal);
 }
 
-FMI(Status) FMI(GetContinuousStates)(void *c, double values[], size_t count)
+#define GET_VECTOR(Name, size, call)                                                                \
+    FMI(Status) FMI(Get##Name)(void *c, double values[], size_t count)                              \
+    {                                                                                               \
+        return status_of(CAN_SOLVE(size) && (call, 1));                                             \
+    }
+
+GET_VECTOR(ContinuousStates, STATES, get_states(COMPONENT(c), values))
+GET_VECTOR(NominalsOfContinuousStates, STATES, memcpy(values, NOMINALS, sizeof NOMINALS))
+GET_VECTOR(EventIndicators, INDICATORS, get_indicators(COMPONENT(c), values))
+
+FMI(Status) FMI(GetDerivatives)(void *c, double values[], size_t count)
 {
-    int is_legal = CAN_SOLVE(count, STATES);
-    if (is_legal) get_states(COMPONENT(c), values);
-    return status_of(is_legal);
+    return status_of(CAN_SOLVE(STATES) && get_derivatives(COMPONENT(c), values));
 }
 
-FMI(Status) FMI(GetNominalsOfContinuousStates)(void *c, double values[], size_t count)
+FMI(Status) FMI(CompletedIntegratorStep)(void *c, FMI(Boolean) no_set_prior, FMI(Boolean) *event,
+                                         FMI(Boolean) *terminate)
 {
-    int is_legal = CAN_SOLVE(count, STATES);
-    if (is_legal) memcpy(values, NOMINALS, sizeof NOMINALS);
-    return status_of(is_legal);
-}
-
-FMI(Status) FMI(GetEventIndicators)(void *c, double values[], size_t count)
-{
-    int is_legal = CAN_SOLVE(count, INDICATORS);
-    if (is_legal) get_indicators(COMPONENT(c), values);
-    return status_of(is_legal);
-}
-
-static FMI(Status) get_state_derivatives(void *c, double values[], size_t count)
-{
-    return status_of(CAN_SOLVE(count, STATES) && get_derivatives(COMPONENT(c), values));
+    if (!is_of_kind(c, MODEL_EXCHANGE) || !event || !terminate) return FMI(Error);
+    *event = *terminate = 0;
+    return FMI(OK);
 }
 
 /* Events and states of an instance have no modes of their own: calls are right in any order. */

@@ -54,11 +54,6 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2
     return fmi2OK;
 }
 
-fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real values[], size_t count)
-{
-    return get_state_derivatives(c, values, count);
-}
-
 fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
 {
     int must_stop;
@@ -69,14 +64,6 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
     /* Also where derivatives alone jump: some solvers restart only then. */
     info->valuesOfContinuousStatesChanged = fmi2True;
     return status_of(is_legal);
-}
-
-fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_set_prior,
-                                       fmi2Boolean *event, fmi2Boolean *terminate)
-{
-    if (!is_of_kind(c, MODEL_EXCHANGE) || !event || !terminate) return fmi2Error;
-    *event = *terminate = fmi2False;
-    return fmi2OK;
 }
 
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknowns[],

@@ -88,32 +88,16 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Bool
     return status_of(is_legal);
 }
 
-fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 values[], size_t count)
-{
-    return get_state_derivatives(c, values, count);
-}
+#define GET_NUMBER(Name, number)                                                                    \
+    fmi3Status fmi3GetNumberOf##Name(fmi3Instance c, size_t *count)                                 \
+    {                                                                                               \
+        if (!is_of_kind(c, MODEL_EXCHANGE) || !count) return fmi3Error;                             \
+        *count = number;                                                                            \
+        return fmi3OK;                                                                              \
+    }
 
-fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *count)
-{
-    if (!is_of_kind(c, MODEL_EXCHANGE) || !count) return fmi3Error;
-    *count = STATES;
-    return fmi3OK;
-}
-
-fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *count)
-{
-    if (!is_of_kind(c, MODEL_EXCHANGE) || !count) return fmi3Error;
-    *count = INDICATORS;
-    return fmi3OK;
-}
-
-fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean no_set_prior, fmi3Boolean *event,
-                                       fmi3Boolean *terminate)
-{
-    if (!is_of_kind(c, MODEL_EXCHANGE) || !event || !terminate) return fmi3Error;
-    *event = *terminate = fmi3False;
-    return fmi3OK;
-}
+GET_NUMBER(ContinuousStates, STATES)
+GET_NUMBER(EventIndicators, INDICATORS)
 
 fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference unknowns[],
                                         size_t unknown_count, const fmi3ValueReference knowns[],
