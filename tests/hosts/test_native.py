@@ -307,9 +307,8 @@ def test_on_windows(for_all, compiled, tmp_path, task):
         fmpy.extract(for_all(2), str(tmp_path / "fmu")),
     )
     program = compiled("host", "-static", by=[by], libraries=["-lshell32"], suffix=".exe")
-    assert_close(
-        outputs(windows, program, folder, guid_of(folder), *task), EXPECTED[1], None, 1e-13
-    )
+    found = outputs(windows, program, folder, guid_of(folder), *task)
+    assert_close(found, EXPECTED[1], None, 1e-13)
 
 
 @pytest.mark.ci

@@ -58,9 +58,6 @@ static inline void read_arguments(int *argc, char ***argv)
 /* A function of a library by its name in the standard. */
 #define CALL(library, name) ((name##TYPE *)symbol(library, #name))
 
-/* Where messages go, if not to stderr. */
-static FILE *messages;
-
 static inline void fail(const char *what)
 {
     fprintf(stderr, "failed: %s\n", what ? what : "");
@@ -92,12 +89,11 @@ static inline void *load(const char *folder, const char *name)
 static inline void log_message(fmi2ComponentEnvironment environment, fmi2String instance,
                                fmi2Status status, fmi2String category, fmi2String message, ...)
 {
-    FILE *file = messages ? messages : stderr;
     va_list arguments;
     (void)environment, (void)instance, (void)status, (void)category;
     va_start(arguments, message);
-    vfprintf(file, message, arguments);
-    fputc('\n', file);
+    vfprintf(stderr, message, arguments);
+    fputc('\n', stderr);
     va_end(arguments);
 }
 
