@@ -46,35 +46,17 @@ static double result(Component *c, Impact *i, uint32_t reference, double v_club,
     }
 }
 
-/* The value of an output, by its value reference. */
+/* The value of an output beside the state of the bodies, by its value reference. */
 static double output(Component *c, uint32_t reference)
 {
-    const State *s = state_now(c);
-    switch (reference) {
-    case VR_force: return s->force;
-    case VR_club_position: return s->x_club;
-    case VR_ball_position: return s->x_ball;
-    case VR_club_velocity: return s->v_club;
-    case VR_ball_velocity: return s->v_ball;
-    case VR_compression: return s->compression;
-    }
-    Impact *i = present(c);
+    Impact *i = c->has_state ? &c->is.impact : present(c);
     const Parameters *p = &c->is.parameters;
-    /* At touch and at separation a motion has them exactly. */
-    const Motion *m = i->phase == APPROACH ? &i->approach.motion : &i->flight.at_separation;
-    double v_club = i->phase == CONTACT ? s->v_club : m->v_club;
-    double v_ball = i->phase == CONTACT ? s->v_ball : m->v_ball;
-    /* After separation a force may have changed them. */
-    int is_pushed = i->phase == FLIGHT && i->flight.is_pushed;
-    double v_club_now = is_pushed ? s->v_club : v_club, v_ball_now = is_pushed ? s->v_ball : v_ball;
     if (c->is.is_solved && needs_history(reference)) return NAN;
     switch (reference) {
     case VR_mean_force: return mean_force(i, instant_now(c), c->is.last_step);
     case VR_touched: return has_touched(i);
     case VR_in_contact: return i->phase == CONTACT;
     case VR_separated: return i->phase == FLIGHT;
-    case VR_momentum: return p->m_club * v_club_now + p->m_ball * v_ball_now;
-    case VR_kinetic_energy: return 0.5 * twice_kinetic_energy(p, v_club_now, v_ball_now);
 #if FMI_VERSION
     case VR_club_acceleration: return club_acceleration(c, i);
     case VR_ball_acceleration: return ball_acceleration(c, i);
@@ -85,6 +67,16 @@ static double output(Component *c, uint32_t reference)
     case VR_time: return c->is.origin + (instant_now(c).high + instant_now(c).low);
 #endif
     }
+    int is_total = reference == VR_momentum || reference == VR_kinetic_energy;
+    /* At touch and at separation a motion has them exactly; then a force may have changed them. */
+    const Motion *m = i->phase == APPROACH ? &i->approach.motion : &i->flight.at_separation;
+    double v_club = m->v_club, v_ball = m->v_ball;
+    if (i->phase == CONTACT || (i->phase == FLIGHT && is_total && i->flight.is_pushed)) {
+        v_club = state_now(c)->v_club;
+        v_ball = state_now(c)->v_ball;
+    }
+    if (reference == VR_momentum) return p->m_club * v_club + p->m_ball * v_ball;
+    if (reference == VR_kinetic_energy) return 0.5 * twice_kinetic_energy(p, v_club, v_ball);
     if (has_touched(i)) return result(c, i, reference, v_club, v_ball);
     return reference == VR_touch_time ? c->is.start_time : reference == VR_energy_efficiency;
 }
@@ -97,6 +89,14 @@ static int component_get(Component *c, uint32_t reference, Type type, double *va
     if (place < 0 || TABLE[place].type != type) {
         refuse_call(c, (Refusal){NOT_READABLE, 0, type, {reference}, FINE});
         return 0;
+    }
+    switch (reference) {
+    case VR_force: *value = state_now(c)->force; return 1;
+    case VR_club_position: *value = state_now(c)->x_club; return 1;
+    case VR_ball_position: *value = state_now(c)->x_ball; return 1;
+    case VR_club_velocity: *value = state_now(c)->v_club; return 1;
+    case VR_ball_velocity: *value = state_now(c)->v_ball; return 1;
+    case VR_compression: *value = state_now(c)->compression; return 1;
     }
     *value = place < SETTABLE ? c->is.values[place] : output(c, reference);
     return 1;
