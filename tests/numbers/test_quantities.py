@@ -158,8 +158,8 @@ def test_units_fit_their_factors(table):
 
 
 def test_units_of_the_page():
-    for quantity in PAGE["quantities"]:
-        assert size_of(quantity["unit"])[0] == (unit_of(quantity["name"]) or "1"), quantity
+    for control in PAGE["controls"]:
+        assert size_of(control["unit"])[0] == (unit_of(control["name"]) or "1"), control
 
 
 def dimension(*factors):
