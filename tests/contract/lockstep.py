@@ -45,7 +45,6 @@ USUAL = {
     },
     "Swing": {
         "impulse": (0.0, 0.05), "gravity": (9.806, 9.0), "club_mass": (0.3, 0.31),
-        "prescribed_speed": (0.0, 40.0),
     },
     "Launch": {
         "separated": (False, True), "ball_velocity": (0.0, 50.0), "friction": (0.4, 0.3),

@@ -39,7 +39,7 @@ REFUSED = {
         ("law", 99, "1 (absolute)"),
     ],
     "Swing": [
-        ("club_mass", -1.0, "1e-06 and 1000"),
+        ("club_mass", -1.0, "0.05 and 5"),
         ("impulse", NAN, ""),
     ],
     "Launch": [
@@ -47,8 +47,8 @@ REFUSED = {
         ("ball_velocity", INF, ""),
     ],
     "BallFlight": [
-        ("m_ball", 0.0, "1e-06 and 1000"),
-        ("backspin", 1e9, "-10000 and 10000"),
+        ("m_ball", 0.0, "0.01 and 1"),
+        ("backspin", 1e9, "-5000 and 5000"),
     ],
 }  # fmt: skip
 

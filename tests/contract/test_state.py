@@ -25,7 +25,7 @@ _IMPACTS = [values | {"club_force": 300.0} for values in KINDS.values()]
 RUNS = {
     "ClubBallImpact": (_IMPACTS, 2e-6, 150),
     # Into the downswing, 2 ms before the ball.
-    "Swing": ([{}, {"prescribed_speed": 40.0}], 3.2e-3, 300),
+    "Swing": ([{}, {"spin_loft": 0.2}], 3.2e-3, 300),
     "Launch": ([_SEPARATED | _SPEEDS, {}], 1e-3, 3),
     "BallFlight": ([_SEPARATED, {}], 1e-3, 300),
 }

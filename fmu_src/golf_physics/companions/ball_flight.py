@@ -26,22 +26,15 @@ at once (numerics/runge_kutta.py), landing included, and the host's steps have n
 `carry`, `apex` and `land_angle` are those of the whole flight from the launch on.
 """
 
-from bisect import bisect_right
-from math import atan2, cos, exp, isfinite, log, pi, sin, sqrt
+from math import atan2, cos, exp, inf, log, pi, sin, sqrt
 from typing import ClassVar, NamedTuple
 
-from ..numerics.events import first_fall, maxima
-from ..numerics.runge_kutta import Step, Values, next_step
+from ..numerics.events import maxima
+from ..numerics.runge_kutta import Solution, Values
 from .companion import Companion
-
-#: A flight of more steps is refused; a golf ball's has some 100.
-_MOST_STEPS = 4000
 
 #: Errors of a step, relative to way and speed: so small since C_D and C_L have a kink at the limit.
 _TOLERANCE = 1e-12
-
-#: Of the first step, s.
-_FIRST = 0.01
 
 #: Of C_D and C_L: the ends of their parameters' names.
 _TERMS = ("constant", "spin", "spin_squared", "reynolds")
@@ -53,15 +46,15 @@ _ROUGHNESS = 0.03
 class Air(NamedTuple):
     """What acts on a ball, SI units."""
 
-    drag: tuple[float, float, float, float]  #: k times C_D: constant, with S, with S^2, with v
-    lift: tuple[float, float, float, float]  #: k times C_L: constant, with S, with S^2, with v^-2
+    drag: tuple[float, ...]  #: k times C_D: constant, with S, with S^2, with v
+    lift: tuple[float, ...]  #: k times C_L: constant, with S, with S^2, with v^-2
     decay: float  #: of the spin, 1/m
     gravity: float
     limit: float  #: of S
     wind: float  #: its slope over ln(1 + y/z), m/s
     surface_speed: float  #: radius times backspin at launch, not negative, m/s
 
-    def slopes(self, t: float, motion: Values) -> Values:
+    def slopes(self, motion: Values) -> Values:
         """Of x, y, u, h and the way through the air s: the equations of the module's text.
 
         They leave w = w0 exp(-d s / r): integrated as w, a fast decay would be stiff.
@@ -78,63 +71,42 @@ class Air(NamedTuple):
 
 
 class Flight:
-    """A flight from launch to landing.
-
-    Args:
-        launch: when the ball is launched, s.
-        speed: at launch, m/s.
-        angle: of the launch, rad.
-        air: what acts on the ball.
+    """A flight from a launch (s) with a speed (m/s) at an angle (rad) to the landing.
 
     Attributes:
-        carry: distance from launch to landing, m.
-        apex: greatest height, m.
-        duration: s from launch to landing.
-        land_angle: below the horizontal at landing, rad.
+        results: carry, apex (m), time of flight (s) and land angle (rad).
 
     Raises:
-        ArithmeticError: the ball doesn't land, or the flight leaves the range of a double.
+        ArithmeticError: the ball doesn't land.
     """
 
     def __init__(self, launch: float, speed: float, angle: float, air: Air) -> None:
         self.arguments = launch, speed, angle, air
-        self.carry = self.apex = self.duration = self.land_angle = 0.0
-        self._steps: list[Step] = []
-        motion: Values = (0.0, 0.0, speed * cos(angle), speed * sin(angle), 0.0)
-        # On a level launch the ball leaves the ground if its lift exceeds its weight.
-        level = motion[3] == 0.0 and speed != 0.0
-        if not (motion[3] > 0.0 or (level and air.slopes(0.0, motion)[3] > 0.0)):
-            return
+        self.results = 0.0, 0.0, 0.0, 0.0
+        start = 0.0, 0.0, speed * cos(angle), speed * sin(angle), 0.0
 
         def allowed(motion: Values) -> Values:
-            far, fast = _TOLERANCE * motion[4], _TOLERANCE * abs(speed)
+            far, fast = _TOLERANCE * motion[4], _TOLERANCE * speed
             return far, far, fast, fast, far
 
-        t, size = 0.0, _FIRST
-        while not self.duration:
-            if len(self._steps) == _MOST_STEPS:
-                raise OverflowError("this ball doesn't land")
-            step, size = next_step(air.slopes, t, size, motion, allowed)
-            height, climb = step.quantity(1), step.quantity(3)
-            landing = first_fall(height, climb, (t, step.end))
-            if landing is not None:
-                self.duration, step = landing, step.until(landing)
-            t, motion = step.end, step.after
-            self.apex = max(self.apex, *map(height, maxima(climb, (step.begin, t))), 0.0)
-            self._steps.append(step)
-        if not all(map(isfinite, motion)):
-            raise OverflowError("it leaves the range of a double")
-        self.carry, _, u, h, _ = motion
-        self.land_angle = atan2(-h, u)
+        path = Solution(air.slopes, start, 0.01, allowed, lambda m: m[1], lambda m: m[3])
+        self._path = path
+        # On a level launch the ball leaves the ground if its lift exceeds its weight.
+        if speed > 0.0 and (angle > 0.0 or (angle == 0.0 and air.slopes(start)[3] > 0.0)):
+            path.covers(inf)
+            if not path.has_ended:
+                raise ArithmeticError("this ball doesn't land")
+            tops = maxima(lambda t: path.at(t)[3], path.times)
+            x, _, u, h, _ = path.values[-1]
+            self.results = x, max(path.at(t)[1] for t in tops), path.end, atan2(-h, u)
 
     def position(self, time: float) -> tuple[float, float, bool]:
         """Distance and height (m), and whether the ball has landed."""
+        carry, _, duration, _ = self.results
         t = time - self.arguments[0]
-        if t >= self.duration:
-            return self.carry, 0.0, True
-        if t <= 0.0:
-            return 0.0, 0.0, False
-        x, y, *_ = self._steps[bisect_right(self._steps, t, key=lambda step: step.end)].at(t)
+        if t >= duration:
+            return carry, 0.0, True
+        x, y, *_ = self._path.at(max(t, 0.0))
         return x, y, False
 
 
@@ -147,14 +119,13 @@ class BallFlight(Companion):
 
     def _step(self, point: float, size: float) -> None:
         if self.separated and self._flight is None:
-            self._flight = self._launched()
-            self.carry, self.apex = self._flight.carry, self._flight.apex
-            self.flight_time, self.land_angle = self._flight.duration, self._flight.land_angle
+            launch = self.touch_time + self.contact_time
+            self._flight = Flight(launch, self.ball_velocity, self.launch_angle, self._air())
+            self.carry, self.apex, self.flight_time, self.land_angle = self._flight.results
         if self._flight:
-            place = self._flight.position(point + size)
-            self.distance, self.height, self.landed = place
+            self.distance, self.height, self.landed = self._flight.position(point + size)
 
-    def _launched(self) -> Flight:
+    def _air(self) -> Air:
         radius = 0.5 * self.ball_diameter
         k = 0.5 * self.air_density * pi * radius * radius / self.m_ball
         reynolds = self.ball_diameter / self.kinematic_viscosity * 1e-5  # R / v
@@ -164,10 +135,12 @@ class BallFlight(Companion):
         lift = [upwards * getattr(self, f"lift_{term}") for term in _TERMS]
         drag[3] *= reynolds
         lift[3] /= reynolds**2
-        wind = self.wind_speed / log(1.0 + 10.0 / _ROUGHNESS)
-        decay = self.spin_decay / radius
-        surface_speed = radius * abs(self.backspin)
-        limit = self.spin_ratio_limit
-        air = Air(tuple(drag), tuple(lift), decay, self.gravity, limit, wind, surface_speed)
-        launch = self.touch_time + self.contact_time
-        return Flight(launch, self.ball_velocity, self.launch_angle, air)
+        return Air(
+            tuple(drag),
+            tuple(lift),
+            decay=self.spin_decay / radius,
+            gravity=self.gravity,
+            limit=self.spin_ratio_limit,
+            wind=self.wind_speed / log(1.0 + 10.0 / _ROUGHNESS),
+            surface_speed=radius * abs(self.backspin),
+        )

@@ -9,30 +9,21 @@ down, positive towards the target, c = cos(q - p), s = sin(q - p), and a force F
 
 A = J + M R^2, B = R s_C, a = (s_A + M R) g sin(plane), b = s_C g sin(plane). Until the wrist is
 released the club is held at its angle to the arms, q' = p'. F acts against the direction d, the
-normal of the club face at the ball.
-
-Torques rise and fall exponentially. The motion is solved in steps of its own
-(numerics/runge_kutta.py): results don't depend on the communication step size.
+normal of the club face at the ball. The torques S and W rise and fall exponentially.
 """
 
-from bisect import bisect_right
-from math import atan2, cos, exp, inf, sin, sqrt
+from functools import partial
+from math import atan2, cos, inf, sin, sqrt
 from typing import NamedTuple
 
-from ..numerics.events import first_fall
-from ..numerics.runge_kutta import Step, Values, next_step
+from ..numerics.runge_kutta import Solution, Values
 
-#: The stages of a swing, in their order.
+#: The stages of a swing, in their order: the wrist is held; it is released; behind the ball the
+#: torques fall off as they rose; at rest, as far beyond the ball as it was before it.
 HELD, RELEASED, BEYOND, FINISHED = range(4)
-
-#: Most pieces of a swing (some 60 lead to the ball); a longer one has missed the ball and ends.
-_MOST = 2000
 
 #: Errors of a step, relative to a radian, the rates and the torques.
 _TOLERANCE = 1e-10
-
-#: Added to a scale of errors that may be 0.
-_LEAST = 1e-300
 
 
 class Golfer(NamedTuple):
@@ -69,11 +60,12 @@ class State(NamedTuple):
 
     arm: float
     club: float
-    arm_rate: float
-    club_rate: float
-    shoulder_torque: float
-    wrist_torque: float
-    work: float  #: of the torques, J
+    arm_rate: float = 0.0
+    club_rate: float = 0.0
+    shoulder_torque: float = 0.0
+    wrist_torque: float = 0.0
+    work: float = 0.0  #: of the torques, J
+    stage: int = HELD  #: HELD, RELEASED, BEYOND the ball or FINISHED
 
     def head(self, golfer: Golfer) -> tuple[float, float]:
         """Position of the head from the shoulder: towards the target, and up."""
@@ -82,15 +74,11 @@ class State(NamedTuple):
         return along, -r * cos(self.arm) - length * cos(self.club)
 
     def head_velocity(self, golfer: Golfer) -> tuple[float, float]:
-        """Towards the target, and up."""
+        """Speed of the head along its path (m/s), and its direction above the ground."""
         u, w = golfer.arm_length * self.arm_rate, golfer.club_length * self.club_rate
         along = u * cos(self.arm) + w * cos(self.club)
-        return along, u * sin(self.arm) + w * sin(self.club)
-
-    def head_speed(self, golfer: Golfer) -> float:
-        """Along its path, m/s."""
-        along, up = self.head_velocity(golfer)
-        return sqrt(along * along + up * up)
+        up = u * sin(self.arm) + w * sin(self.club)
+        return sqrt(along * along + up * up), atan2(up, along)
 
     def energy(self, golfer: Golfer) -> float:
         """Kinetic and potential; 0 at rest straight down."""
@@ -119,25 +107,13 @@ class Ball(NamedTuple):
     effective_mass: float  #: of the head along the normal, kg
 
 
-class _Piece(NamedTuple):
-    """Part of a motion: the step is that of both angles, their rates and the work."""
-
-    start: float
-    end: float
-    stage: int
-    then: int  #: stage of the next piece
-    step: Step | None  #: None in a swing that has finished
-    initial: State
-
-
 class Motion:
     """A swing from a state on, under a constant force on the head.
 
     Args:
         golfer: arms and club.
-        origin: when it begins, s; the times of the methods are since then.
-        state: at the origin.
-        stage: HELD, RELEASED, BEYOND (of the ball: the torques fall off as they rose) or FINISHED.
+        origin: when it begins, s.
+        state: at the origin, and before it.
         force: on the head, N.
         direction: against which it acts, rad above the ground.
     """
@@ -147,87 +123,21 @@ class Motion:
         golfer: Golfer,
         origin: float,
         state: State,
-        stage: int,
         force: float = 0.0,
         direction: float = 0.0,
     ) -> None:
-        self.arguments = golfer, origin, state, stage, force, direction
+        self.arguments = golfer, origin, state, force, direction
         self.golfer, self.origin, self.force, self.direction = golfer, origin, force, direction
-        self._pieces: list[_Piece] = []
-        #: Of the next piece, to be tried, s.
-        self._size = 0.0
-        self._add(0.0, state, stage)
+        #: Of each stage when it begins (s), and the solution.
+        self._parts: list[tuple[float, int, Solution]] = []
+        self._add(origin, state)
 
-    def at(self, t: float) -> tuple[State, int]:
-        """State and stage."""
-        piece = self._piece(t)
-        return self._state(piece, t), piece.stage
-
-    def _piece(self, t: float) -> _Piece:
-        while t > self._pieces[-1].end:
+    def at(self, time: float) -> State:
+        time = max(time, self.origin)
+        while not self._parts[-1][2].covers(time - self._parts[-1][0]):
             self._go_on()
-        after = bisect_right(self._pieces, t, key=lambda piece: piece.start)
-        return self._pieces[max(after - 1, 0)]
-
-    def _state(self, piece: _Piece, t: float) -> State:
-        if piece.step is None:
-            return piece.initial
-        arm, club, arm_rate, club_rate, work = piece.step.at(t)
-        return State(arm, club, arm_rate, club_rate, *self._torques(piece, t), work)
-
-    def _torques(self, piece: _Piece, t: float) -> tuple[float, float]:
-        """Of the shoulder and the wrist, N.m: on their way to those of the stage."""
-        golfer, start, stage = self.golfer, piece.initial, piece.stage
-        shoulder = golfer.max_shoulder_torque if stage <= RELEASED else 0.0
-        wrist = golfer.max_wrist_torque if stage == RELEASED else 0.0
-        left = exp((piece.start - t) / golfer.torque_rise_time)
-        shoulder += (start.shoulder_torque - shoulder) * left
-        return shoulder, wrist + (start.wrist_torque - wrist) * left
-
-    def _accelerations(self, stage: int, motion: Values) -> tuple[float, float]:
-        """Of arms and club, rad/s²: the equations of the module's text."""
-        p, q, u, w, shoulder, wrist = motion
-        golfer, force, direction = self.golfer, self.force, self.direction
-        inertia, mixed, arm_weight, club_weight = golfer.couples()
-        club_inertia, c, s = golfer.club_inertia, mixed * cos(q - p), mixed * sin(q - p)
-        first = s * w * w - arm_weight * sin(p) + shoulder - wrist
-        first -= force * golfer.arm_length * cos(p - direction)
-        second = -s * u * u - club_weight * sin(q) + wrist
-        second -= force * golfer.club_length * cos(q - direction)
-        if stage == HELD:
-            both = (first + second) / (inertia + club_inertia + 2.0 * c)
-            return both, both
-        determinant = inertia * club_inertia - c * c
-        arm = (club_inertia * first - c * second) / determinant
-        return arm, (inertia * second - c * first) / determinant
-
-    def work_against(self, begin: float, end: float) -> float:
-        """Work of the head against the force between two instants, J."""
-        if not self.force:
-            return 0.0
-        before, after = (self.at(t)[0].head(self.golfer) for t in (begin, end))
-        along, up = after[0] - before[0], after[1] - before[1]
-        return self.force * (along * cos(self.direction) + up * sin(self.direction))
-
-    def hands(self, t: float, state: State) -> tuple[float, float]:
-        """Force (N) and torque (N.m) of the hands on the club in this state at t."""
-        stage, golfer, force = self._piece(t).stage, self.golfer, self.force
-        if stage == FINISHED:
-            return 0.0, 0.0
-        p, q, u, w, _, torque, _ = state
-        p2, q2 = self._accelerations(stage, state[:6])
-        r, mass, first = golfer.arm_length, golfer.club_mass, golfer.club_first_moment
-        # Of the club's centre of mass, times its mass.
-        along = mass * r * (cos(p) * p2 - sin(p) * u * u) + first * (cos(q) * q2 - sin(q) * w * w)
-        up = mass * r * (sin(p) * p2 + cos(p) * u * u) + first * (sin(q) * q2 + cos(q) * w * w)
-        along += force * cos(self.direction)
-        up += force * sin(self.direction) + mass * golfer.gravity
-        if stage == HELD:
-            _, mixed, _, weight = golfer.couples()
-            torque = golfer.club_inertia * q2 + mixed * cos(q - p) * p2
-            torque += mixed * sin(q - p) * u * u + weight * sin(q)
-            torque += force * golfer.club_length * cos(q - self.direction)
-        return sqrt(along * along + up * up), torque
+        begin, stage, part = next(part for part in reversed(self._parts) if part[0] <= time)
+        return State._make((*part.at(time - begin), stage))
 
     def ball(self, spin_loft: float) -> Ball | None:
         """How the head meets the ball; None if it doesn't reach it.
@@ -235,52 +145,62 @@ class Motion:
         Args:
             spin_loft: angle between the head's path and the normal of the club face, rad.
         """
-        while self._pieces[-1].stage < BEYOND:
+        while self._parts[-1][1] < BEYOND:
             self._go_on()
-        piece = next(one for one in self._pieces if one.stage >= BEYOND)
-        if piece.stage == FINISHED:
+        time, stage, part = self._parts[-1]
+        if stage == FINISHED:
             return None
-        state = piece.initial
-        along, up = state.head_velocity(self.golfer)
-        normal = atan2(up, along) + spin_loft
-        speed = sqrt(along * along + up * up) * cos(spin_loft)
+        state = State._make((*part.values[0], stage))
+        speed, direction = state.head_velocity(self.golfer)
+        normal = direction + spin_loft
         mass = state.effective_mass(self.golfer, normal)
-        return Ball(piece.start + self.origin, speed, normal, mass)
+        return Ball(time, speed * cos(spin_loft), normal, mass)
 
     def _go_on(self) -> None:
-        last = self._pieces[-1]
-        self._add(last.end, self._state(last, last.end), last.then)
+        """To the next stage."""
+        begin, stage, part = self._parts[-1]
+        part.covers(inf)
+        following = stage + 1 if part.has_ended else FINISHED
+        self._add(begin + part.end, State._make((*part.values[-1], following)))
 
-    def _add(self, start: float, state: State, stage: int) -> None:
-        """A piece that begins with this state."""
-        golfer = self.golfer
+    def _add(self, begin: float, state: State) -> None:
+        golfer, (*start, stage) = self.golfer, state
         if stage == HELD and state.arm >= -golfer.release_angle:
             stage = RELEASED
-        if stage == FINISHED or len(self._pieces) >= _MOST:
-            still = dict.fromkeys(("arm_rate", "club_rate", "shoulder_torque", "wrist_torque"), 0.0)
-            rest = state._replace(**still)
-            self._pieces.append(_Piece(start, inf, FINISHED, FINISHED, None, rest))
-            return
-        piece = _Piece(start, inf, stage, stage, None, state)
-        torque = abs(golfer.max_shoulder_torque) + abs(golfer.max_wrist_torque) + _LEAST
-
-        def slopes(t: float, motion: Values) -> Values:
-            *_, u, w, _ = motion
-            shoulder, wrist = self._torques(piece, t)
-            accelerations = self._accelerations(stage, (*motion[:4], shoulder, wrist))
-            return u, w, *accelerations, shoulder * u + wrist * (w - u)
+        if stage == FINISHED:
+            start[2:6] = [0.0] * 4
+        torque = abs(golfer.max_shoulder_torque) + abs(golfer.max_wrist_torque) + 1e-300
 
         def allowed(motion: Values) -> Values:
-            *_, u, w, _ = motion
-            rate = _TOLERANCE * max(1.0, abs(u), abs(w))
-            return _TOLERANCE, _TOLERANCE, rate, rate, _TOLERANCE * torque
+            rate = _TOLERANCE * max(1.0, abs(motion[2]), abs(motion[3]))
+            force = _TOLERANCE * torque
+            return _TOLERANCE, _TOLERANCE, rate, rate, force, force, force
 
-        # Where torques begin to change, a long step has no stage near its begin.
-        begins = not self._pieces or self._pieces[-1].stage != stage
-        size = golfer.torque_rise_time if begins else self._size
-        step, self._size = next_step(slopes, start, size, (*state[:4], state.work), allowed)
-        arm, arm_rate = step.quantity(0), step.quantity(2)
-        goal = (-golfer.release_angle, 0.0, golfer.arm_start)[stage]
-        end = first_fall(lambda t: goal - arm(t), lambda t: -arm_rate(t), (start, step.end))
-        end, then = (step.end, stage) if end is None else (end, stage + 1)
-        self._pieces.append(piece._replace(end=end, then=then, step=step.until(end)))
+        goal = (-golfer.release_angle, 0.0, golfer.arm_start, inf)[stage]
+        f, size = partial(self._slopes, stage), golfer.torque_rise_time
+        part = Solution(f, start, size, allowed, lambda m: goal - m[0], lambda m: -m[2])
+        self._parts.append((begin, stage, part))
+
+    def _slopes(self, stage: int, motion: Values) -> Values:
+        """Of a `State`: the equations of the module's text."""
+        p, q, u, w, shoulder, wrist, _ = motion
+        golfer, force, direction = self.golfer, self.force, self.direction
+        if stage == FINISHED:
+            return (0.0,) * len(motion)
+        inertia, mixed, arm_weight, club_weight = golfer.couples()
+        club_inertia, c, s = golfer.club_inertia, mixed * cos(q - p), mixed * sin(q - p)
+        first = s * w * w - arm_weight * sin(p) + shoulder - wrist
+        first -= force * golfer.arm_length * cos(p - direction)
+        second = -s * u * u - club_weight * sin(q) + wrist
+        second -= force * golfer.club_length * cos(q - direction)
+        if stage == HELD:
+            u2 = w2 = (first + second) / (inertia + club_inertia + 2.0 * c)
+        else:
+            determinant = inertia * club_inertia - c * c
+            u2 = (club_inertia * first - c * second) / determinant
+            w2 = (inertia * second - c * first) / determinant
+        most_shoulder = golfer.max_shoulder_torque if stage <= RELEASED else 0.0
+        most_wrist = golfer.max_wrist_torque if stage == RELEASED else 0.0
+        rise, fall = (most_shoulder - shoulder), (most_wrist - wrist)
+        rise, fall = rise / golfer.torque_rise_time, fall / golfer.torque_rise_time
+        return u, w, u2, w2, rise, fall, shoulder * u + wrist * (w - u)
