@@ -9,6 +9,7 @@ import subprocess
 import sys
 import venv
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -18,8 +19,9 @@ from conftest import some
 from packaging.requirements import Requirement
 from reference_results import FOLDER
 
-from golf_build import extras
+from golf_build import extras, packaging
 from golf_build.archive import SUMS, checksums, unpack, write_archive
+from golf_build.fmi2 import BUILDER
 from golf_build.packaging import _read
 from golf_build.system import SYSTEM
 from golf_impact import fmu
@@ -35,7 +37,14 @@ def test_the_command(tmp_path, fmu_path):
     done = golf_here("build", "--out", file, code=0)
     assert (done.stdout, done.stderr) == (f"{file}\n", "")
     assert file.read_bytes() == fmu_path.read_bytes()
-    assert {path.name for path in file.parent.iterdir()} == {"x.fmu"}
+    assert [*file.parent.iterdir()] == [file]
+
+
+def test_a_build_leaves_no_trace_in_its_process():
+    path, builder = [*sys.path], replace(BUILDER, start={"k": 2e6})
+    builder.files()
+    assert sys.path == path
+    assert builder.digest()[:16] not in " ".join(sys.modules)
 
 
 @pytest.mark.ci
@@ -70,17 +79,29 @@ def test_the_system_beside_it(tmp_path, files):
         assert (tmp_path / file.name).read_bytes() == file.read_bytes()
 
 
+#: Documents in an FMU beside the reference results.
+PAGES = {"index.html", "force.png", "model.png", "externalDependencies.txt", "SHA256SUMS"}
+PAGES |= {"licenses/license.txt", "licenses/pythonfmu.txt"}
+
+
 def test_contents(tmp_path, fmu_path):
-    """The list of files has all of them, with their digests; those of pythonfmu are unchanged."""
+    """These files and no others; pythonfmu's are unchanged, and all have their digests."""
     files = unpack(fmu_path)
-    module = f"resources/{files['resources/slavemodule.txt'].decode().strip()}.py"
-    package = module.removesuffix(".py").replace("club_ball_impact", "golf_physics")
-    pages = {"index.html", "force.png", "model.png", "licenses/license.txt"}
-    assert {f"documentation/{name}" for name in pages} | {"model.png", SUMS, module} <= set(files)
+    module = files["resources/slavemodule.txt"].decode().strip()
+    package = module.replace("club_ball_impact", "golf_physics")
     ours = (*_read(("golf_physics", "host")), "club_ball_impact.py")
-    assert {f"{package}/{name}" for name in ours} <= set(files)
-    reference = {f"extra/org.golf-impact.reference/{file.name}" for file in FOLDER.iterdir()}
-    assert {"documentation/externalDependencies.txt", *reference} <= set(files)
+    runtime = {name for name in files if re.fullmatch(r"resources/pythonfmu/\w+\.py", name)}
+    assert {*files} - runtime == {
+        "modelDescription.xml",
+        "model.png",
+        "binaries/linux64/ClubBallImpact.so",
+        "binaries/win64/ClubBallImpact.dll",
+        "resources/slavemodule.txt",
+        f"resources/{module}.py",
+        *(f"resources/{package}/{name}" for name in ours),
+        *(f"documentation/{name}" for name in PAGES),
+        *(f"extra/org.golf-impact.reference/{file.name}" for file in FOLDER.iterdir()),
+    }
     installed = Path(pythonfmu.__file__).parent / "resources" / "binaries"
     for name, original in (
         ("linux64/ClubBallImpact.so", "linux64/libpythonfmu-export.so"),
@@ -120,12 +141,34 @@ def test_a_build_that_is_missing_damaged_or_out_of_date(tmp_path, fmu_path, monk
     assert message() == f"Built {built}: its sources have changed.\n"
 
 
-def test_a_damaged_system(tmp_path, ssp):
+def test_what_makes_a_build_out_of_date(tmp_path, monkeypatch):
+    """Also the runtime's version, and each file that is copied into FMUs."""
+    digests = [BUILDER.digest()]
+    with monkeypatch.context() as other:
+        other.setattr("importlib.metadata.version", lambda name: "0.7.99")
+        digests.append(BUILDER.digest())
+    shutil.copytree(packaging._CONTENTS, tmp_path / "contents")
+    monkeypatch.setattr(packaging, "_CONTENTS", tmp_path / "contents")
+    assert BUILDER.digest() == digests[0]
+    for file in (path for path in packaging._CONTENTS.rglob("*") if path.is_file()):
+        file.write_bytes(file.read_bytes() + b" ")
+        digests.append(BUILDER.digest())
+    assert len({*digests}) == len(digests) > 5
+
+
+def test_a_changed_or_damaged_system(tmp_path, ssp):
     built = Path(shutil.copy(ssp, tmp_path))
     assert SYSTEM.guid_of(built) == SYSTEM.guid()
     for damage in (b"", b"\0"):
         built.write_bytes(ssp.read_bytes()[:-1000] + damage)
         assert SYSTEM.guid_of(built) is None
+    # The same FMUs, otherwise connected.
+    files = unpack(ssp)
+    structure = files["SystemStructure.ssd"].replace(b'"mean_force"', b'"force"')
+    structure = structure.replace(b'"impulse"', b'"force"')
+    assert structure != files["SystemStructure.ssd"]
+    write_archive(built, files | {"SystemStructure.ssd": structure})
+    assert SYSTEM.guid_of(built) not in (None, SYSTEM.guid())
 
 
 @pytest.mark.parametrize("extra", some(1, EXTRAS))
@@ -155,10 +198,10 @@ def made(tmp_path_factory):
     tools = environment(tmp_path_factory.mktemp("tools"))
     if pip(tools, "build", code=None).returncode:
         pytest.skip("there is no package index here")
-    for name in ("fmu_src", "build", "scenarios", "tests", ".github"):
-        ignored = shutil.ignore_patterns("__pycache__", "*.fmu", "*.csv", "*.opt", "*.ssp")
-        shutil.copytree(ROOT / name, folder / name, ignore=ignored)
-    for name in ("pyproject.toml", "README.md", "CHANGELOG.md", "LICENSE"):
+    checkout(folder)
+    for name in ("tests", ".github"):
+        shutil.copytree(ROOT / name, folder / name)
+    for name in ("pyproject.toml", "README.md", "CHANGELOG.md"):
         shutil.copy(ROOT / name, folder)
     # The folder build/ of the working folder doesn't hide the module.
     run(tools, "-m", "build", cwd=folder, timeout=None)

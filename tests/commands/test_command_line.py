@@ -127,12 +127,17 @@ def test_a_damaged_or_foreign_fmu(tmp_path, fmu_path, damage):
 
 def test_other_files_in_place_of_an_fmu(tmp_path, fmu_path, native_fmi3_path):
     data, path = fmu_path.read_bytes(), tmp_path / "x.fmu"
+    others = {"other.txt": "is missing", "SystemStructure.ssd": "is an SSP, not"}
     for end in range(0, len(data), len(data) // 20):
         path.write_bytes(data[:end])
         check_refused(tmp_path, "run laws --fmu x.fmu", "not a readable FMU", "golf-impact build")
-    for name, words in (("other.txt", "is missing"), ("SystemStructure.ssd", "is an SSP, not")):
+    for name, words in others.items():
         write_archive(path, {name: b""})
         check_refused(tmp_path, "run laws --fmu x.fmu", words)
+    elsewhere = {name: data for name, data in unpack(fmu_path).items() if "64/" not in name}
+    del elsewhere[SUMS]
+    write_archive(path, elsewhere | {"binaries/riscv64/ClubBallImpact.so": b""})
+    check_refused(tmp_path, "run laws --fmu x.fmu", "no binary for this machine", "for riscv64:")
     shutil.copy(native_fmi3_path, path)
     check_refused(tmp_path, "run laws --fmu x.fmu", "not an FMI 2.0 co-simulation FMU")
 
