@@ -84,7 +84,9 @@ def pytest_sessionfinish(session):
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_xdist_auto_num_workers(config):
-    """The tests of a file stay in one process: without others, in this one."""
+    """The tests of a file stay in one process: without others, or if they write files, in this."""
+    if config.getoption("--update"):
+        return 0
     files = {argument.partition("::")[0] for argument in config.args}
     return 0 if len(files) == 1 and files.pop().endswith(".py") else None
 

@@ -12,7 +12,6 @@ from pkgutil import resolve_name
 
 import nbformat
 import pytest
-import readmes
 from cases import integrated
 from command import DOCUMENTS, ROOT, run
 from nbclient import NotebookClient
@@ -31,11 +30,6 @@ PYTHON = r"(?s)```python\n(.*?)```"
 documents = pytest.mark.parametrize(
     "document", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT))
 )
-
-
-def test_tables_are_those_of_the_code():
-    text = readmes.README.read_text("utf-8")
-    assert readmes.updated(text) == text, "run `python tests/tools/readmes.py`"
 
 
 def test_what_is_implemented_where_exists():

@@ -14,6 +14,7 @@ import sys
 from pathlib import Path
 
 import pytest
+import readmes
 from command import DOCUMENTS, ROOT, contents, golf_here
 
 FOLDER = Path(__file__).parent / "transcripts"
@@ -77,3 +78,12 @@ def test_a_session(tmp_path, pytestconfig, document, session, files):
     if pytestconfig.getoption("--update"):
         new = "\n".join([*found, ""])
         document.write_text(document.read_text("utf-8").replace(session, new, 1), "utf-8")
+
+
+def test_the_table_of_variables(pytestconfig):
+    """That of the model's README."""
+    text = readmes.README.read_text("utf-8")
+    if pytestconfig.getoption("--update"):
+        readmes.README.write_text(readmes.updated(text), "utf-8")
+    else:
+        assert readmes.updated(text) == text, "pytest --update tests/commands/test_transcripts.py"

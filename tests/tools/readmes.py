@@ -1,6 +1,6 @@
 """The table of variables in the README of the model.
 
-`python tests/tools/readmes.py` writes it anew; test_documents.py compares it.
+test_transcripts.py compares it; with --update it writes it anew.
 """
 
 import re
@@ -40,7 +40,3 @@ def updated(text):
     )
     assert number == 1
     return text
-
-
-if __name__ == "__main__":
-    README.write_text(updated(README.read_text("utf-8")), "utf-8")
