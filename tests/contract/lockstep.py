@@ -328,7 +328,7 @@ class Session:
         self.reset("renew")
 
     def setup(self, start):
-        r = self.rules
+        r, self.dirty = self.rules, True
         if r.mode != INSTANTIATED:
             r.once = True
             self.all(ERROR, "setup", start, True)
