@@ -137,10 +137,8 @@ class NativeBuilder(Builder):
     here: bool = False
 
     def digest(self) -> str:
-        digest = hashlib.sha256(self._describe(""))
-        for name, data in sorted((self._sources("") | self.documents()).items()):
-            digest.update(name.encode() + b"\0" + hashlib.sha256(data).digest())
-        return digest.hexdigest()
+        files = checksums(self._sources("") | self.documents())
+        return hashlib.sha256(self._describe("") + files).hexdigest()
 
     def files(self) -> dict[str, bytes]:
         """The FMU's files by name; UserError if there is no compiler, or it fails."""

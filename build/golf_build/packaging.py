@@ -156,15 +156,12 @@ class PythonBuilder(Builder):
 
     def digest(self) -> str:
         settings = importlib.metadata.version(RUNTIME), self.name, self.start, self.tables
-        total = hashlib.sha256(repr(settings).encode())
         # With names that don't depend on the location of the files.
         files = {"LICENSE": project_license(), **_read(self.sources)}
         ours = (*HERE.glob("*.py"), *HERE.glob("model*"), *(HERE / "documentation").iterdir())
         ours += tuple(file for file in _CONTENTS.rglob("*") if file.is_file())
         files |= {f"{f.parent.name}/{f.name}": f.read_bytes() for f in ours}
-        for name, data in sorted(files.items()):
-            total.update(name.encode() + b"\0" + hashlib.sha256(data).digest())
-        return total.hexdigest()
+        return hashlib.sha256(repr(settings).encode() + checksums(files)).hexdigest()
 
     def files(self) -> dict[str, bytes]:
         suffix, module = self.digest()[:16], Path(self.sources[0]).stem

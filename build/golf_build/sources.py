@@ -6,6 +6,7 @@ from pathlib import Path
 
 import golf_physics
 
+from golf_build.archive import checksums
 from golf_build.native_header import header
 
 PHYSICS = Path(golf_physics.__file__).resolve().parent
@@ -33,12 +34,7 @@ def digest() -> str:
 
     Lines about laws don't count: a law of one's own, which C doesn't have, changes them.
     """
-    total = hashlib.sha256()
-    for name, data in c_sources().items():
-        kept = (
-            [line for line in data.splitlines() if b"law" not in line]
-            if name == _HEADER
-            else [data]
-        )
-        total.update(b"\0".join([name.encode(), *kept]))
-    return total.hexdigest()[:16]
+    sources = c_sources()
+    lines = sources[_HEADER].splitlines()
+    sources[_HEADER] = b"\n".join(line for line in lines if b"law" not in line)
+    return hashlib.sha256(checksums(sources)).hexdigest()[:16]
