@@ -25,8 +25,6 @@ class CompanionAdapter(Adapter, Fmi2Slave):
         # Bound here, a call from the host runs straight into the component.
         self.__dict__.update(
             do_step=component.step,
-            get_real=component.reals,
-            set_real=component.set_values,
             _get_fmu_state=component.snapshot,
             _set_fmu_state=component.restore,
         )
@@ -36,11 +34,12 @@ class CompanionAdapter(Adapter, Fmi2Slave):
 
     @classmethod
     def _fmu_state_from_bytes(cls, data):
-        return cls.kind.unpacked(data, cls.rows)
+        return cls.kind.unpacked(data)
 
     def setup_experiment(self, start_time, stop_time=None, tolerance=None):
         self._component.set_up(start_time)
 
+    get_real, set_real = accessors("Real")
     get_integer, set_integer = accessors("Integer")
 
     # Abstract in pythonfmu; __init__ binds it.

@@ -7,13 +7,13 @@ import hashlib
 import io
 import sys
 import zipfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from golf_physics import variables
-from golf_physics.variables import Unit, Variable
+from golf_physics.variables import LARGEST, Unit, Variable
 
 from golf_build import fmi2
 from golf_build.archive import pack, unpack, write_archive
@@ -41,7 +41,6 @@ _UNITS = {
     name: Unit(unit.base, {}) for name, unit in (variables.UNITS | variables.MORE_UNITS).items()
 } | {name: Unit(**unit) for name, unit in _SYSTEM["units"].items()}
 
-
 _ENTRY = '''"""The entry point of the FMU; pythonfmu compiles this file anew for every instance."""
 
 from {package} import VALUES
@@ -58,19 +57,13 @@ class {model}(CompanionAdapter):
 '''
 
 
-class _Row(Variable):
-    """Of a companion: its bounds are for refusals, not FMI's min and max."""
-
-    allowed = ""
-
-
 def _row(causality: str, name: str, reference: int, unit: str, *values: Any) -> Variable:
     """A variable from a line of a table: `values` has limits and text, or text alone."""
     *limits, text = values
     display = next(iter(_UNITS[unit].display), None) if unit else None
-    kind = "Real" if unit else "Boolean"
-    start, low, high = limits or (None, 0.0, 0.0)
-    return _Row(name, causality, kind, unit, start, low, high, None, display, text, reference)
+    start, low, high = limits or (None, -LARGEST, LARGEST)
+    about = "Real" if unit else "Boolean", unit, start, low, high, None, display
+    return Variable(name, causality, *about, text, reference)
 
 
 def _companion(name: str) -> Builder:
@@ -78,16 +71,10 @@ def _companion(name: str) -> Builder:
     modules = _SYSTEM["modules"][name] + _SYSTEM["modules"]["shared"]
     sources = [f"golf_physics/{module}.py" for module in modules]
     table = tomllib.loads(fmu_source(sources[0]).with_suffix(".toml").read_text("utf-8"))
-    description, model = table.pop("description"), table.pop("model")
+    about = {"description": table.pop("description"), "model": table.pop("model")}
     rows = [_row(group, one, *table[group][one]) for group in table for one in table[group]]
-    used = {row.unit for row in rows}
-    tables = {
-        "rows": rows,
-        "description": description,
-        "model": model,
-        "units": {unit: about for unit, about in _UNITS.items() if unit in used},
-        "experiment": _SYSTEM["experiments"][name],
-    }
+    units = {unit: _UNITS[unit] for unit in _UNITS if unit in {row.unit for row in rows}}
+    tables = {"rows": rows, "units": units, "experiment": _SYSTEM["experiments"][name], **about}
     return PythonBuilder(name, tables, sources=(*sources, "companion.py", "host"), entry=_ENTRY)
 
 
@@ -101,23 +88,17 @@ class System:
     name, suffix = "GolfSwing", ".ssp"
 
     def structure(self) -> bytes:
-        """SystemStructure.ssd."""
-        connectors = {name: list(self._connectors(name)) for name in DRIVE}
+        """SystemStructure.ssd; a connector is its name, kind and unit (none: Boolean)."""
+        ends = {wire[:2] for wire in CONNECTIONS} | {wire[2:] for wire in CONNECTIONS}
+        ends |= {(part, name) for part, names in _SYSTEM["components"].items() for name in names}
+        connectors = {
+            part: [(r.name, r.causality, r.unit) for r in builder.rows() if (part, r.name) in ends]
+            for part, builder in self.builders().items()
+        }
         used = {unit for group in connectors.values() for _, _, unit in group if unit}
         units = {name: unit.base for name, unit in _UNITS.items() if name in used}
         context = _SYSTEM | {"connections": CONNECTIONS, "connectors": connectors, "units": units}
         return render(HERE / "SystemStructure.ssd.jinja", **context)
-
-    def _connectors(self, component: str) -> Iterator[tuple[str, str, str]]:
-        """Name, kind and unit (none: Boolean) of a component's connectors."""
-        units = {row.name: row.unit for row in self.builders()[component].tables["rows"]}
-        outputs = [name for start, name, _, _ in CONNECTIONS if start == component]
-        groups = {
-            "input": [name for _, _, to, name in CONNECTIONS if to == component],
-            "output": outputs + _SYSTEM["components"][component],
-        }
-        for kind, names in groups.items():
-            yield from ((name, kind, units[name]) for name in dict.fromkeys(names))
 
     def builders(self, native: bool = False) -> dict[str, Builder]:
         """The FMUs inside by name, with the drive's start values; ClubBallImpact native or not.
@@ -147,12 +128,7 @@ class System:
             return None
 
     def build(self, out: Path, native: bool = False) -> Path:
-        """Write the .ssp, with a native ClubBallImpact if asked for.
-
-        Raises:
-            OSError: it can't be written.
-            UserError: this machine can't build native FMUs.
-        """
+        """Write the .ssp; OSError: it can't be, NativeError: no native FMUs on this machine."""
         files = {"SystemStructure.ssd": self.structure()}
         for name, builder in self.builders(native).items():
             files[f"resources/{name}.fmu"] = pack(builder.files())
@@ -168,10 +144,7 @@ def _guid(structure: bytes, guids: Iterable[str]) -> str:
 
 
 def build(folder: Path, native: bool = False) -> dict[str, Path]:
-    """Build the companions and the .ssp in a folder.
-
-    Returns their files by name: those of the companions, GolfSwing. Errors as of `System.build`.
-    """
+    """Build the companions and the .ssp in a folder, by name; errors as of `System.build`."""
     made = {name: builder.build(folder / f"{name}.fmu") for name, builder in COMPANIONS.items()}
     ssp = folder / f"{SYSTEM.name}{'.native' if native else ''}{SYSTEM.suffix}"
     return made | {SYSTEM.name: SYSTEM.build(ssp, native)}

@@ -43,7 +43,7 @@ REFUSED = {
         ("impulse", NAN, ""),
     ],
     "Launch": [
-        ("friction", -1.0, "0 and 1e+09"),
+        ("friction", -1.0, "0 and 1000"),
         ("ball_velocity", INF, ""),
     ],
     "BallFlight": [

@@ -9,7 +9,7 @@ from ..values import Refusal
 from ..variables import Variable
 
 #: It changes with the layout of a state.
-_VERSION = "golf-impact companion 5"
+_VERSION = "golf-impact companion 6"
 
 #: Values by the names of their attributes.
 State = dict[str, Any]
@@ -21,7 +21,7 @@ class Companion(FmiComponent):
     `_begin` uses the parameters, `_step` takes a step; both may return why they can't.
 
     Args:
-        rows: a `Variable`, or its fields, of each variable.
+        rows: the fields of a `Variable`, of each variable.
         report: called with a `Refusal` whenever something is refused.
     """
 
@@ -38,24 +38,18 @@ class Companion(FmiComponent):
 
     def __init__(self, rows: Iterable[tuple[Any, ...]], report: Callable[[Refusal], Any]) -> None:
         super().__init__(report)
-        variables = [Variable(*row) for row in rows]
-        for row in variables:
+        self._rows = {(row.type, row.reference): row for row in (Variable(*row) for row in rows)}
+        modes = "_mode", "_point", "_refused", "_illegal"
+        self._state_names = (*modes, *self.inside, *(row.name for row in self._rows.values()))
+        for row in self._rows.values():
             zero = 0.0 if row.type == "Real" else False
             setattr(self, row.name, zero if row.start is None else row.start)
-        self._state_names = self._names(variables)
-        self._rows = {(row.type, row.reference): row for row in variables}
-
-    @classmethod
-    def _names(cls, variables: Iterable[Variable]) -> tuple[str, ...]:
-        """Of the attributes in a state."""
-        modes = "_mode", "_point", "_refused", "_illegal"
-        return *modes, *cls.inside, *(row.name for row in variables)
 
     def set_values(self, references: list[int], values: list[Any], type_: str = "Real") -> None:
         """Set inputs and parameters that the host takes for this type; refused ones keep theirs."""
         for reference, value in zip(references, values):
             row = self._accepted(reference, value, type_)
-            if row is not None and value != self._value(row):
+            if row is not None:
                 setattr(self, row.name, value)
 
     def _value(self, row: Variable) -> Any:
@@ -66,18 +60,13 @@ class Companion(FmiComponent):
         rows = [(n, self._rows.get((type_, n))) for n in references]
         return [self._value(row) if row else self.unknown(n, type_) for n, row in rows]
 
-    def reals(self, references: list[int]) -> list[float]:
-        """Values of Real variables."""
-        return self.discretes(references, "Real")
-
     def step(self, point: float, size: float) -> bool:
         """One communication step from the host's communication point on, both in s.
 
         Returns whether it was accepted; if not, a message says why, and nothing has changed.
         """
-        problem = self._why_not(point, size)
         try:
-            problem = problem or self._step(point, size)
+            problem = self._why_not(point, size) or self._step(point, size)
         except (ArithmeticError, ValueError) as error:
             problem = Refusal(f"this step can't be computed: {error}")
         if problem is not None:
@@ -95,7 +84,7 @@ class Companion(FmiComponent):
 
     def restore(self, state: State | None) -> None:
         """Go back to a snapshot: the instance is then exactly as it was."""
-        if state is None or tuple(state) != self._state_names:
+        if not isinstance(state, dict) or tuple(state) != self._state_names:
             self._refuse_call("FOREIGN_STATE")
             return
         for name, value in state.items():
@@ -105,13 +94,11 @@ class Companion(FmiComponent):
 
     @staticmethod
     def packed(state: State | None) -> bytes:
-        """A snapshot as bytes, for another process."""
-        # A motion is computed again from its initial values.
+        """A snapshot as bytes, for another process; motions are computed again there."""
         return codec.packed(_VERSION, state) if state else b""
 
     @classmethod
-    def unpacked(cls, data: bytes, rows: Iterable[tuple[Any, ...]]) -> State | None:
-        """The snapshot that became these bytes, or None if they are none of this component's."""
-        state = codec.unpacked(_VERSION, data, (Refusal, *cls.classes))
-        names = cls._names(Variable(*row) for row in rows)
-        return state if isinstance(state, dict) and tuple(state) == names else None
+    def unpacked(cls, data: bytes) -> State | None:
+        """The snapshot that became these bytes, or None if they are none of a companion's."""
+        found: State | None = codec.unpacked(_VERSION, data, (Refusal, *cls.classes))
+        return found

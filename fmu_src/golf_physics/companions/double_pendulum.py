@@ -27,32 +27,20 @@ _TOLERANCE = 1e-10
 
 
 class Golfer(NamedTuple):
-    """Arms and club; lengths in m, masses in kg, torques in N.m, angles in rad."""
+    """Arms and club: parameters by name, and the couples of the equations (SI units)."""
 
     arm_length: float
-    arm_first_moment: float
-    arm_inertia: float
     club_length: float
-    club_mass: float
-    club_first_moment: float
     club_inertia: float
     max_shoulder_torque: float
     max_wrist_torque: float
     torque_rise_time: float
     arm_start: float
-    wrist_start: float
     release_angle: float
-    gravity: float
-
-    def couples(self) -> tuple[float, float, float, float]:
-        """A, B (kg.m2), a and b (N.m) of the equations."""
-        r = self.arm_length
-        return (
-            self.arm_inertia + self.club_mass * r * r,
-            r * self.club_first_moment,
-            (self.arm_first_moment + self.club_mass * r) * self.gravity,
-            self.club_first_moment * self.gravity,
-        )
+    inertia: float  #: A
+    mixed: float  #: B
+    arm_weight: float  #: a
+    club_weight: float  #: b
 
 
 class State(NamedTuple):
@@ -82,16 +70,15 @@ class State(NamedTuple):
 
     def energy(self, golfer: Golfer) -> float:
         """Kinetic and potential; 0 at rest straight down."""
-        inertia, mixed, arm_weight, club_weight = golfer.couples()
         u, w = self.arm_rate, self.club_rate
-        kinetic = 0.5 * (inertia * u * u + golfer.club_inertia * w * w)
-        kinetic += mixed * cos(self.club - self.arm) * u * w
-        return kinetic + arm_weight * (1.0 - cos(self.arm)) + club_weight * (1.0 - cos(self.club))
+        kinetic = 0.5 * (golfer.inertia * u * u + golfer.club_inertia * w * w)
+        kinetic += golfer.mixed * cos(self.club - self.arm) * u * w
+        potential = golfer.arm_weight * (1.0 - cos(self.arm))
+        return kinetic + potential + golfer.club_weight * (1.0 - cos(self.club))
 
     def effective_mass(self, golfer: Golfer, direction: float) -> float:
         """Of the head for a force in this direction, kg."""
-        inertia, mixed, _, _ = golfer.couples()
-        mixed *= cos(self.club - self.arm)
+        inertia, mixed = golfer.inertia, golfer.mixed * cos(self.club - self.arm)
         p = golfer.arm_length * cos(self.arm - direction)
         q = golfer.club_length * cos(self.club - direction)
         determinant = inertia * golfer.club_inertia - mixed * mixed
@@ -169,29 +156,29 @@ class Motion:
             stage = RELEASED
         if stage == FINISHED:
             start[2:6] = [0.0] * 4
-        torque = abs(golfer.max_shoulder_torque) + abs(golfer.max_wrist_torque) + 1e-300
-
-        def allowed(motion: Values) -> Values:
-            rate = _TOLERANCE * max(1.0, abs(motion[2]), abs(motion[3]))
-            force = _TOLERANCE * torque
-            return _TOLERANCE, _TOLERANCE, rate, rate, force, force, force
-
         goal = (-golfer.release_angle, 0.0, golfer.arm_start, inf)[stage]
         f, size = partial(self._slopes, stage), golfer.torque_rise_time
-        part = Solution(f, start, size, allowed, lambda m: goal - m[0], lambda m: -m[2])
+        part = Solution(f, start, size, self._allowed, lambda m: goal - m[0], lambda m: -m[2])
         self._parts.append((begin, stage, part))
 
+    def _allowed(self, motion: Values) -> Values:
+        """Errors of a step."""
+        golfer = self.golfer
+        rate = _TOLERANCE * max(1.0, abs(motion[2]), abs(motion[3]))
+        torque = abs(golfer.max_shoulder_torque) + abs(golfer.max_wrist_torque) + _TOLERANCE
+        return _TOLERANCE, _TOLERANCE, rate, rate, *[_TOLERANCE * torque] * 3
+
     def _slopes(self, stage: int, motion: Values) -> Values:
-        """Of a `State`: the equations of the module's text."""
-        p, q, u, w, shoulder, wrist, _ = motion
-        golfer, force, direction = self.golfer, self.force, self.direction
+        """Of a `State` without its stage: the equations of the module's text."""
         if stage == FINISHED:
             return (0.0,) * len(motion)
-        inertia, mixed, arm_weight, club_weight = golfer.couples()
-        club_inertia, c, s = golfer.club_inertia, mixed * cos(q - p), mixed * sin(q - p)
-        first = s * w * w - arm_weight * sin(p) + shoulder - wrist
+        p, q, u, w, shoulder, wrist, _ = motion
+        golfer, force, direction = self.golfer, self.force, self.direction
+        inertia, club_inertia = golfer.inertia, golfer.club_inertia
+        c, s = golfer.mixed * cos(q - p), golfer.mixed * sin(q - p)
+        first = s * w * w - golfer.arm_weight * sin(p) + shoulder - wrist
         first -= force * golfer.arm_length * cos(p - direction)
-        second = -s * u * u - club_weight * sin(q) + wrist
+        second = -s * u * u - golfer.club_weight * sin(q) + wrist
         second -= force * golfer.club_length * cos(q - direction)
         if stage == HELD:
             u2 = w2 = (first + second) / (inertia + club_inertia + 2.0 * c)
@@ -199,8 +186,7 @@ class Motion:
             determinant = inertia * club_inertia - c * c
             u2 = (club_inertia * first - c * second) / determinant
             w2 = (inertia * second - c * first) / determinant
-        most_shoulder = golfer.max_shoulder_torque if stage <= RELEASED else 0.0
-        most_wrist = golfer.max_wrist_torque if stage == RELEASED else 0.0
-        rise, fall = (most_shoulder - shoulder), (most_wrist - wrist)
-        rise, fall = rise / golfer.torque_rise_time, fall / golfer.torque_rise_time
-        return u, w, u2, w2, rise, fall, shoulder * u + wrist * (w - u)
+        shoulder_left = golfer.max_shoulder_torque * (stage <= RELEASED) - shoulder
+        wrist_left = golfer.max_wrist_torque * (stage == RELEASED) - wrist
+        rate = 1.0 / golfer.torque_rise_time
+        return u, w, u2, w2, rate * shoulder_left, rate * wrist_left, shoulder * u + wrist * (w - u)

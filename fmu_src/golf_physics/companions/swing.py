@@ -50,8 +50,15 @@ class Swing(Companion):
         if self.club_inertia < least * (1.0 - 1e-12):
             why = f"with this mass and first moment it must be at least {least:g}"
             return rejected("club_inertia", self.club_inertia, why)
-        values = {name: getattr(self, name) for name in Golfer._fields}
-        golfer = Golfer(**values | {"gravity": self.gravity * sin(self.plane_angle)})
+        r, weight = self.arm_length, self.gravity * sin(self.plane_angle)
+        couples = {
+            "inertia": self.arm_inertia + self.club_mass * r * r,
+            "mixed": r * self.club_first_moment,
+            "arm_weight": (self.arm_first_moment + self.club_mass * r) * weight,
+            "club_weight": self.club_first_moment * weight,
+        }
+        own = [name for name in Golfer._fields if name not in couples]
+        golfer = Golfer(**{name: getattr(self, name) for name in own}, **couples)
         top = State(-self.arm_start, -self.arm_start - self.wrist_start)
         self._motion = Motion(golfer, self.backswing_time, top)
         try:

@@ -70,7 +70,8 @@ def drive(
                 raise unknown_name("parameter", name, sorted(known))
             values[name] = number(name, given, variables[name].unit or "")
         speed = number("club_speed", club_speed)
-        face, path = _angle("loft", loft), _angle("attack_angle", attack_angle)
+        face = _angle("loft", loft, variables["dynamic_loft"])
+        path = _angle("attack_angle", attack_angle, variables["attack_angle"])
 
         def own(fmu: Fmu) -> dict[str, Any]:
             return {name: value for name, value in values.items() if name in fmu.variables}
@@ -91,11 +92,13 @@ def drive(
     return Named(hit | left | {name: float(landed[name]) for name in _FLIGHT})
 
 
-def _angle(name: str, given: float | str) -> float:
-    """An angle within Launch's range, rad."""
-    angle = number(name, given, "rad")
-    if not -1.5 <= angle <= 1.5:
-        reason = "it must be between -1.5 and 1.5 rad; of degrees write text such as '10.5 deg'"
+def _angle(name: str, given: float | str, variable: Any) -> float:
+    """An angle within the range of Launch's variable, rad."""
+    angle, low, high = number(name, given, "rad"), float(variable.min), float(variable.max)
+    if not low <= angle <= high:
+        reason = (
+            f"it must be between {low} and {high} rad; of degrees write text such as '10.5 deg'"
+        )
         raise refused(name, given, reason)
     return angle
 
