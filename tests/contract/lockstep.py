@@ -497,7 +497,8 @@ class Session:
         _, expected = self.fresh.play("read")
         for player in self.players:
             # In FMI 3.0 the start time comes with the initialization.
-            if player.fmi3 and self.rules.mode == INSTANTIATED and self.rules.start:
+            before = self.rules.mode in (INSTANTIATED, TERMINATED) and self.rules.begun is None
+            if player.fmi3 and before and self.rules.start:
                 continue
             small = 0.0 if player.folder == self.fresh.folder else LEFT_OVER
             _, found = player.play("read")
