@@ -26,15 +26,14 @@ ACCURACIES = (1e-3, 1e-12)  # of a good measurement; nearly of double precision
 def measure(impact, law, compared, quick):
     """The rows of bench.json under this law, of all ways."""
     baseline = {v.name: float(v.start) for v in impact.description.modelVariables if v.start}
-    exact = Reference(baseline | {"law": law})
-    exact.step(STEP)
+    exact = Reference(baseline | {"law": law}).outputs(STEP)
     ks, solve = cycle(STIFFNESSES), [way.prepare(law) for way in compared]
     jobs = [lambda each=each: each(next(ks)) for each in solve]
     seconds = measure_interleaved(jobs, rounds=5 if quick else 21)
     rows = []
     for way, time, each in zip(compared, seconds, solve):
         found = dict(zip(METRICS, each(baseline["k"])))
-        error = max(float(abs(found[name] - exact.outputs()[name])) for name in METRICS)
+        error = max(float(abs(found[name] - exact[name])) for name in METRICS)
         row = {"name": way.name, "called": way.called, "law": law}
         row |= {"microseconds": 1e6 * time / way.impacts, "ratio": time / way.impacts / seconds[0]}
         row |= {"error": math.nan if way.name == EMPTY else error}

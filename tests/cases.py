@@ -11,12 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 from golf_physics.variables import SETTABLE
-from quadrature import mp
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 
 from golf_impact.evidence.random_impacts import critical_damping
-from golf_impact.evidence.reference import Reference
+from golf_impact.evidence.reference import Reference, mp
 from golf_impact.evidence.scales import Scales, reduced_mass
 
 DEFAULTS = {row.name: row.start for row in SETTABLE.values()}
@@ -255,9 +254,8 @@ def horizon(name):
     if not case.is_linear:
         return approach_of(case) + 1.3 * float(_power_law(name)[0]["contact_time"])
     impact = Reference(case.values)
-    impact.step(approach_of(case) + 1e-12)
     undamped = (reduced_mass(case.values) / case.values["k"]) ** 0.5
-    return approach_of(case) + 1.3 * min(float(impact.contact.duration), 30.0 * undamped)
+    return approach_of(case) + 1.3 * min(float(impact.parting - impact.touch), 30.0 * undamped)
 
 
 def instants(end):
@@ -270,15 +268,12 @@ def exact_path_of(case, end):
 
     Mean forces are those of steps from shortly before, or from a change in between.
     """
-    impact, changes, path = Reference(case.values), dict(case.changes), {}
-    impact.start_time += case.start
-    inputs, compared = {}, instants(end)
-    for time in sorted({*changes, *compared, *compared.values()}):
-        # The clock is then exactly at these doubles.
-        impact.step(impact.clock * 0 + time - impact.clock, **inputs)
-        inputs = changes.get(time, {})
-        if time in compared:
-            path[time] = impact.outputs() | {"mean_force": impact.mean_force}
+    impact, path = Reference(case.values | {"start_time": case.start}, case.changes), {}
+    for time, begin in instants(end).items():
+        begin = max(begin, *(instant for instant, _ in case.changes if instant < time), 0.0)
+        path[time] = now = impact.outputs(time)
+        gained = now["impulse"] - impact.outputs(begin)["impulse"]
+        now["mean_force"] = gained / (mp.mpf(time) - begin)
     return path
 
 

@@ -41,9 +41,7 @@ def golf(number):
 def far(number):
     """Far beyond golf, as `golf-impact stress` has them."""
     impact = random_impact(24, number)
-    *times, end = np.cumsum([segment.length for segment in impact.segments]).tolist()
-    later = [{"k": segment.k, "b": segment.b} for segment in impact.segments[1:]]
-    return Case("far", impact.values, tuple(zip(times, later)), end, impact.start_time)
+    return Case("far", impact.values, impact.changes, impact.end, impact.start_time)
 
 
 _REFUSED = [{"k": -1.0}, {"m_ball": 0.0}, {"exponent": 13.0}, {"gap": 1e99}, {"ball_diameter": 0.0}]

@@ -29,9 +29,8 @@ COMPILED = pytest.mark.skipif(not fmus.compiler(), reason="there is no C compile
 
 
 def exact(**values):
-    reference = Reference(DEFAULTS | values)
-    reference.step(1e-3)
-    return [float(reference.outputs()[name]) for name in METRICS]
+    outputs = Reference(DEFAULTS | values).outputs(1e-3)
+    return [float(outputs[name]) for name in METRICS]
 
 
 def error(found, right):

@@ -10,9 +10,10 @@ from conftest import HERE, some
 from fmpy.fmi1 import FMICallException
 from fmus import get, is_set, put
 from golf_physics.companions.launch import Contact
-from quadrature import restitution
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
+
+from golf_impact.evidence.reference import restitution
 
 CASES = json.loads((HERE / "data" / "launch.json").read_text())["cases"]
 OUTPUTS = ("ball_speed", "launch_angle", "backspin", "tangential_impulse")

@@ -23,11 +23,11 @@ from golf_physics.variables import (
     INDICATORS,
     STATES,
 )
-from quadrature import mp
 from scipy.integrate import solve_ivp
 from ways import REALS
 
 from golf_impact.data.runs import FLAGS
+from golf_impact.evidence.reference import mp
 
 RESULTS = (*CRITERIA, "energy_efficiency")
 SCALES = {

@@ -11,9 +11,9 @@ from cases import integrated
 from compare import assert_close, assert_within, to_15_digits
 from golf_physics.restitution import damping_ratio
 from numpy.polynomial.legendre import leggauss
-from quadrature import restitution
 
 import golf_impact
+from golf_impact.evidence.reference import restitution
 
 MU = 0.21 * 0.04593 / (0.21 + 0.04593)
 

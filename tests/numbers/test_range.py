@@ -14,7 +14,6 @@ from golf_impact.evidence.random_impacts import (
     ImpactCase,
     critical_damping,
     half_contact,
-    segments_of,
 )
 from golf_impact.evidence.scales import TOLERANCE, reduced_mass
 
@@ -119,7 +118,7 @@ def test_an_impact(way_of, given, number):
     tolerance = TOLERANCE_OF_QUADRATURE if "exponent" in given else TOLERANCE
     values = DEFAULTS | given
     end = long_step(values)
-    case, impact = ImpactCase(given, segments_of(given, end)), way_of("Impact").function
+    case, impact = ImpactCase(given, end), way_of("Impact").function
     for which, output, steps, error in check(impact, case, random.Random(number)):
         # That balance is of a linear spring and of the damper b.
         if which != "energy" or not {"exponent", "restitution_at_rest"} & given.keys():

@@ -3,16 +3,14 @@
 Tolerance: 1e-8 of output/variable, or of the derivative if that is larger; WORST measured.
 """
 
-import mpmath
 import numpy as np
 import pytest
 from compare import assert_within
-from quadrature import PowerLawContact
 
 import golf_impact
 from golf_impact.data.balls import BALLS
 from golf_impact.data.quantities import START as DEFAULTS
-from golf_impact.evidence.reference import Reference
+from golf_impact.evidence.reference import Reference, mp
 
 OUTPUTS = (
     "touch_time", "smash_factor", "coefficient_of_restitution", "energy_efficiency",
@@ -21,26 +19,17 @@ OUTPUTS = (
 )  # fmt: skip
 BALL = dict(BALLS["roh-lee"].values)
 
-mp = mpmath.mp.clone()
-mp.dps = 80
+
+def at_the_end(values):
+    return Reference(values).outputs(1)
 
 
-def linear(values):
-    impact = Reference(values)
-    impact.step(mp.mpf(1))
-    return impact.outputs()
-
-
-def relative(values):
-    return PowerLawContact(**values).outputs()
-
-
-def exact_slopes(outputs, values, variable, step):
+def exact_slopes(values, variable, step):
     """By output: central differences, or one-sided ones where a variable can't be below 0."""
     values = {name: mp.mpf(float(value)) for name, value in (DEFAULTS | values).items()}
     value = values[variable]
     signs = (1, -1) if value or variable == "ball_speed" else (1, 0)
-    above, below = (outputs(values | {variable: value + sign * step}) for sign in signs)
+    above, below = (at_the_end(values | {variable: value + sign * step}) for sign in signs)
     return {
         name: ((above[name] - below[name]) / ((signs[0] - signs[1]) * step), above[name])
         for name in OUTPUTS
@@ -48,10 +37,10 @@ def exact_slopes(outputs, values, variable, step):
     }
 
 
-def check(outputs, values, variable, step):
+def check(values, variable, step):
     got = golf_impact.sensitivities(OUTPUTS, [variable], **values)
     value = float(values.get(variable, DEFAULTS[variable]))
-    for name, (slope, output) in exact_slopes(outputs, values, variable, step).items():
+    for name, (slope, output) in exact_slopes(values, variable, step).items():
         scale = max(abs(slope), abs(output / (value or 1.0))) or 1.0
         error = float(abs(got[name][variable].item() - slope) / scale)
         assert_within(error, 1e-8, name=f"∂ {name} / ∂ {variable}", values=values)
@@ -76,7 +65,7 @@ def check(outputs, values, variable, step):
 )
 def test_linear_laws(values):
     for variable in ("k", "b", "club_speed", "ball_speed", "m_club", "m_ball", "gap"):
-        check(linear, values, variable, mp.mpf(10) ** -25)
+        check(values, variable, mp.mpf(10) ** -25)
 
 
 LINE = ("restitution_at_rest", "restitution_slope")
@@ -94,13 +83,13 @@ RELATIVE = [
 
 @pytest.mark.parametrize(("values", "variable"), RELATIVE[:6])
 def test_exponents_and_cor_lines(values, variable):
-    check(relative, values, variable, mp.mpf(10) ** -18)
+    check(values, variable, mp.mpf(10) ** -14)
 
 
 @pytest.mark.ci
 @pytest.mark.parametrize(("values", "variable"), RELATIVE[6:])
 def test_further_slopes(values, variable):
-    check(relative, values, variable, mp.mpf(10) ** -18)
+    check(values, variable, mp.mpf(10) ** -14)
 
 
 def test_cases_without_sensitivities():

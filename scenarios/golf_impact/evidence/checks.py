@@ -3,16 +3,20 @@
 import math
 import random
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import accumulate
 
 import numpy as np
 
 from golf_impact.data.runs import FLAGS
-from golf_impact.evidence.random_impacts import ImpactCase, step_patterns
-from golf_impact.evidence.reference import Segment, Steps, outputs_after
+from golf_impact.evidence.random_impacts import ImpactCase, Step
+from golf_impact.evidence.reference import Reference, mp
 from golf_impact.evidence.scales import TOLERANCE, Scales, reduced_mass
 from golf_impact.fmu import Impact
 
-INPUTS = ("k", "b", "club_force")
+INPUTS = Step._fields[1:]
+
+#: A factor of times: one unit in the last place.
+LONGER = mp.mpf(1.0 + 2.0**-52)
 
 #: Outputs that never fall.
 RISING = ("contact_time", "max_force", "time_of_max_force", "max_compression", "impulse")
@@ -22,6 +26,34 @@ Path = Mapping[str, np.ndarray]
 
 #: The name of a check, the output, the number of steps, and the error without unit.
 Error = tuple[str, str, int, float]
+
+
+def check(
+    impact: Impact, case: ImpactCase, rng: random.Random, exact: bool = False, equal: int = 64
+) -> Iterator[Error]:
+    """Errors of an impact by several patterns of steps; `exact`: from the reference, too.
+
+    FMICallException: the FMU refuses a step.
+    """
+    one_step = case.steps()
+    final = {name: x[-1] for name, x in run(impact, case, one_step).items()}
+    mu = reduced_mass(case.values)
+    fastest = max(max(math.sqrt(step.k / mu), step.b / mu) for step in one_step)
+    values = {**case.values, "start_time": case.start_time}
+    scales = Scales(values, final, case.approach, case.end, fastest, final)
+    reference = references(values, one_step) if exact else []
+    for pattern, steps in case.patterns(final["contact_time"], rng, equal):
+        path, number = run(impact, case, steps), len(steps)
+        yield "momentum", "momentum", number, momentum_error(case, steps, path, scales)
+        yield "energy", "kinetic_energy", number, energy_error(case, steps, path, scales)
+        yield "order", "", number, order_error(path, scales)
+        for name in final.keys() - {"mean_force"}:  # that of the last step
+            value = bool(final[name]) if name in FLAGS else final[name]
+            yield "patterns", name, number, scales.error(name, path[name][-1], value)
+        if pattern == "random":
+            yield "state", "", number, state_error(impact, case, steps)
+        if reference:
+            yield from reference_errors(reference, steps, path, scales)
 
 
 def start(impact: Impact, case: ImpactCase) -> None:
@@ -36,81 +68,43 @@ def start(impact: Impact, case: ImpactCase) -> None:
     slave.exitInitializationMode()
 
 
-def follow(impact: Impact, time: float, steps: Steps) -> Path:
+def follow(impact: Impact, time: float, steps: Sequence[Step]) -> Path:
     """Every output after each of these steps from a time (s) on."""
     slave, at = impact.instance, impact.references
     outputs = [v for v in impact.description.modelVariables if v.causality == "output"]
     reals, flags = ([v.name for v in outputs if v.type == kind] for kind in ("Real", "Boolean"))
     inputs, real_at, flag_at = ([at[name] for name in names] for names in (INPUTS, reals, flags))
     rows = []
-    for step in steps:
-        slave.setReal(inputs, [step.k, step.b, step.club_force])
-        slave.doStep(time, step.length)
-        time += step.length
+    for length, *values in steps:
+        slave.setReal(inputs, values)
+        slave.doStep(time, length)
+        time += length
         rows.append([*slave.getReal(real_at), *slave.getBoolean(flag_at)])
     return dict(zip(reals + flags, np.array(rows, float).T))
 
 
-def check(
-    impact: Impact, case: ImpactCase, rng: random.Random, exact: bool = False, equal: int = 64
-) -> Iterator[Error]:
-    """Errors of an impact by several patterns of steps; `exact`: from the reference, too.
-
-    FMICallException: the FMU refuses a step.
-    """
+def run(impact: Impact, case: ImpactCase, steps: Sequence[Step]) -> Path:
+    """The whole run by these steps."""
     start(impact, case)
-    final = {n: x[-1] for n, x in follow(impact, case.start_time, case.segments).items()}
-    scales = scales_of(case, final)
-    patterns = step_patterns(case, final["contact_time"], rng, equal)
-    for pattern, steps in patterns.items():
-        start(impact, case)
-        path = follow(impact, case.start_time, steps)
-        errors = {
-            ("momentum", "momentum"): momentum_error(case, steps, path, scales),
-            ("energy", "kinetic_energy"): energy_error(case, steps, path, scales),
-            ("order", ""): order_error(path, scales),
-        }
-        for name in final.keys() - {"mean_force"}:  # that of the last step
-            value = bool(final[name]) if name in FLAGS else final[name]
-            errors["patterns", name] = scales.error(name, path[name][-1], value)
-        yield from ((*which, len(steps), error) for which, error in errors.items())
-        if exact:
-            in_contact = np.flatnonzero(path["in_contact"]).tolist()
-            rows = {n: n for n in (*in_contact[:: max(1, len(in_contact) // 3)], len(steps) - 1)}
-            segments: Steps = steps
-            if pattern == "equal":  # so many that the reference has the end alone
-                segments, rows = case.segments, {len(case.segments) - 1: -1}
-            for name, error in reference_errors(segments, path, scales, rows):
-                yield "reference", name, len(steps), error
-    yield "state", "", len(patterns["random"]), state_error(impact, case, patterns["random"])
+    return follow(impact, case.start_time, steps)
 
 
-def scales_of(case: ImpactCase, final: Mapping[str, float]) -> Scales:
-    """The scales of errors of a run, from the outputs at its end."""
-    span, mu = sum(segment.length for segment in case.segments), reduced_mass(case.values)
-    fastest = max(max(math.sqrt(s.k / mu), s.b / mu) for s in case.segments)
-    values = case.values | {"start_time": case.start_time}
-    return Scales(values, final, case.approach, span, fastest, final)
-
-
-def momentum_error(case: ImpactCase, steps: Steps, path: Path, scales: Scales) -> float:
+def momentum_error(case: ImpactCase, steps: Sequence[Step], path: Path, scales: Scales) -> float:
     """The largest error of the balance of momentum, over masses times speeds.
 
     Momentum changes by the force on the head from touch on, and under law 1 by the drag in contact,
     b times the way of each body. Mean forces times steps add up to the impulse.
     """
-    v, sizes = case.values, np.array([step.length for step in steps])
-    acted = np.clip(np.cumsum(sizes) - case.approach, 0.0, sizes)
-    push = np.cumsum([step.club_force for step in steps] * acted)
+    v, (sizes, _, b, force) = case.values, np.array(steps).T
+    push = np.cumsum(force * np.clip(np.cumsum(sizes) - case.approach, 0.0, sizes))
     drag = np.zeros_like(push)
     if v["law"] == 1:
         ball = np.diff(path["contact_displacement"], prepend=0.0)
         closer = np.diff(path["compression"] * path["in_contact"], prepend=0.0)
-        drag = np.cumsum([step.b for step in steps] * (2.0 * ball + closer))
+        drag = np.cumsum(b * (2.0 * ball + closer))
     start = v["m_club"] * v["club_speed"] + v["m_ball"] * v["ball_speed"]
     # As in `Scales`: the instant of touch is rounded, and the place.
-    largest = max(abs(s.club_force) + 2.0 * s.b * scales.of("ball_velocity") for s in steps)
-    rounding = 4e-16 * case.approach * largest
+    rounding = 4e-16 * case.approach * np.max(np.abs(force) + 2.0 * b * scales.of("ball_velocity"))
     scale = scales.of("momentum") + np.max(np.abs(push))
     error = np.max(np.abs(path["momentum"] - start - push + drag) - rounding) / scale
     impulse = abs(np.sum(path["mean_force"] * sizes) - path["impulse"][-1])
@@ -118,19 +112,17 @@ def momentum_error(case: ImpactCase, steps: Steps, path: Path, scales: Scales) -
     return float(max(0.0, error, missing))
 
 
-def energy_error(case: ImpactCase, steps: Steps, path: Path, scales: Scales) -> float:
+def energy_error(case: ImpactCase, steps: Sequence[Step], path: Path, scales: Scales) -> float:
     """By how much the energy rises in a step beyond the work done on the head, over the largest.
 
     It is kinetic and, in contact, that of the spring with the k of the step. Without damping, it
     may not fall, either.
     """
-    v = case.values
-    k, b, force = (np.array([getattr(s, name) for s in steps]) for name in ("k", "b", "club_force"))
+    v, (_, k, b, force) = case.values, np.array(steps).T
     spring = 0.5 * (path["compression"] * path["in_contact"]) ** 2
-    touch = v["ball_speed"] * case.approach
+    touch, kinetic = v["ball_speed"] * case.approach, path["kinetic_energy"]
     moved = np.diff(np.where(path["touched"], path["club_position"], touch), prepend=touch)
     start = 0.5 * (v["m_club"] * v["club_speed"] ** 2 + v["m_ball"] * v["ball_speed"] ** 2)
-    kinetic = path["kinetic_energy"]
     before = np.append(start, kinetic[:-1]) + k * np.append(0.0, spring[:-1])
     after, work = kinetic + k * spring, force * moved
     # As in `Scales`: the place of touch is rounded.
@@ -161,16 +153,15 @@ def order_error(path: Path, scales: Scales) -> float:
     # Just at touch the force is the limit for the inputs present, which may still be set.
     begun = path["contact_time"][:-1] > 0.0
     for name in RISING:
-        falls = -np.diff(path[name])[begun]
-        worst = max(worst, np.max(falls, initial=0.0) / (scales.of(name) or 1.0))
+        falls = np.max(-np.diff(path[name])[begun], initial=0.0)
+        worst = max(worst, falls / (scales.of(name) or 1.0))
     return float(worst)
 
 
-def state_error(impact: Impact, case: ImpactCase, steps: Sequence[Segment]) -> float:
+def state_error(impact: Impact, case: ImpactCase, steps: Sequence[Step]) -> float:
     """The largest difference of outputs after the state in the middle of a run is restored."""
     slave, half = impact.instance, len(steps) // 2
-    start(impact, case)
-    follow(impact, case.start_time, steps[:half])
+    run(impact, case, steps[:half])
     time = sum((step.length for step in steps[:half]), case.start_time)
     state = slave.getFMUstate()
     first = follow(impact, time, steps[half:])
@@ -180,21 +171,27 @@ def state_error(impact: Impact, case: ImpactCase, steps: Sequence[Segment]) -> f
     return float(max(np.max(np.abs(again[name] - first[name])) for name in first))
 
 
-def reference_errors(
-    steps: Steps, path: Path, scales: Scales, rows: Mapping[int, int]
-) -> Iterator[tuple[str, float]]:
-    """Errors of outputs (all but mean_force) after some steps, compared with 80-digit arithmetic.
+def references(values: Mapping[str, float], one_step: Sequence[Step]) -> list[Reference]:
+    """The impact; then, if inputs change, with all times one unit in the last place longer."""
+    *times, _ = accumulate(step.length for step in one_step)
+    changes = [dict(zip(INPUTS, step[1:])) for step in one_step[1:]]
+    longer = [LONGER * time for time in times]
+    return [Reference(values, zip(at, changes)) for at in (times, longer)[: 1 + bool(changes)]]
 
-    `rows` has the row of the path by the number of the step, from 0 on.
-    """
-    changed = len({(step.k, step.b, step.club_force) for step in steps}) > 1
-    for number, expected in outputs_after(scales.values, steps, rows).items():
-        found = {name: path[name][rows[number]] for name in expected}
-        errors = {name: scales.error(name, found[name], x) for name, x in expected.items()}
-        if changed and max(errors.values()) > TOLERANCE:
-            # The instant at which k and b change has an error of up to one unit in the last place.
-            shaken = outputs_after(scales.values, steps, rows, 1.0 + 2.0**-52)[number]
-            for name, value in shaken.items():
+
+def reference_errors(
+    references: Sequence[Reference], steps: Sequence[Step], path: Path, scales: Scales
+) -> Iterator[Error]:
+    """Errors of all outputs but mean_force at the end and at some points in contact."""
+    exact, *shaken = references
+    in_contact = np.flatnonzero(path["in_contact"]).tolist()
+    times = np.cumsum([step.length for step in steps])
+    for row in (*in_contact[:: max(1, len(in_contact) // 3)], len(steps) - 1):
+        expected = exact.outputs(times[row])
+        errors = {name: scales.error(name, path[name][row], x) for name, x in expected.items()}
+        if shaken and max(errors.values()) > TOLERANCE:
+            # The instant at which an input changes has an error of up to that unit.
+            for name, value in shaken[0].outputs(LONGER * times[row]).items():
                 unknown = scales.error(name, value, expected[name])
                 errors[name] = 0.0 if errors[name] <= unknown else errors[name] - unknown
-        yield from errors.items()
+        yield from (("reference", name, len(steps), error) for name, error in errors.items())

@@ -5,8 +5,8 @@ import random
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import accumulate, pairwise
+from typing import NamedTuple
 
-from golf_impact.evidence.reference import Segment
 from golf_impact.evidence.scales import reduced_mass
 
 #: The document's impact.
@@ -37,12 +37,22 @@ EXTREMES = {
 }
 
 
+class Step(NamedTuple):
+    """A communication step, s, and the inputs set before it."""
+
+    length: float
+    k: float
+    b: float
+    club_force: float
+
+
 @dataclass(frozen=True)
 class ImpactCase:
-    """A run: its values at the start, and the times between changes of k, b and club_force."""
+    """A run from 0 to its end, s."""
 
-    values: dict[str, float]  #: inputs and parameters by name
-    segments: tuple[Segment, ...]  #: the first one's k and b are those of `values`
+    values: Mapping[str, float]  #: inputs and parameters by name, at the start
+    end: float
+    changes: tuple[tuple[float, Mapping[str, float]], ...] = ()  #: instants and inputs from then on
     start_time: float = 0.0  #: the host's time at the start, s
 
     @property
@@ -54,6 +64,40 @@ class ImpactCase:
     def approach(self) -> float:
         """From the start to first touch, s."""
         return self.values["gap"] / self.closing
+
+    def steps(self, instants: Iterable[float] = ()) -> list[Step]:
+        """Steps that end at these instants, at changes and at the end.
+
+        They are rounded to multiples of a power of two, 2^-46 of the end: sums are exact.
+        """
+        unit = 2.0 ** (math.floor(math.log2(self.end)) - 46)
+        later = {round(time / unit) * unit: inputs for time, inputs in self.changes}
+        ends = {round(time / unit) * unit for time in instants if 0.0 < time < self.end}
+        edges = sorted({0.0, *ends, *later, round(self.end / unit) * unit})
+        now, steps = {"club_force": 0.0, **self.values}, []
+        for begin, end in pairwise(edges):
+            now |= later.get(begin, {})
+            steps.append(Step(end - begin, now["k"], now["b"], now["club_force"]))
+        return steps
+
+    def patterns(
+        self, contact_time: float, rng: random.Random, equal: int
+    ) -> Iterator[tuple[str, list[Step]]]:
+        """By name: one step or so many equal ones, some 24 random ones of 1 ns to 1 s after each
+        change, and steps that end 1 to 100 ns before and after touch and separation.
+        """
+        chosen: list[float] = []
+        for begin in (0.0, *(time for time, _ in self.changes)):
+            longest = math.log10(min(1.0, self.end - begin))
+            lowest = (longest - rng.choice((1.0, 3.0, 9.0)) for _ in range(24))
+            sizes = (_decades(rng, max(-9.0, low), max(-9.0, longest)) for low in lowest)
+            chosen += accumulate(sizes, initial=begin)
+        events = (self.approach, self.approach + contact_time)
+        beside = [at + sign * 1e-9 * _decades(rng, 0, 2) for at in events for sign in (-1.0, 1.0)]
+        yield "one step", self.steps()
+        yield "equal", self.steps(self.end * n / equal for n in range(1, equal))
+        yield "random", self.steps(chosen)
+        yield "beside events", self.steps(beside)
 
 
 def critical_damping(values: Mapping[str, float]) -> float:
@@ -88,7 +132,7 @@ def extreme_impacts() -> Iterator[tuple[str, ImpactCase]]:
                 values["b"] = zeta * critical_damping(values)
             approach = values["gap"] / (values["club_speed"] - values["ball_speed"])
             end = approach + 1.5 * contact_time_of_law_2(values)
-            yield f"{name}, law {law}", ImpactCase(values, segments_of(values, end))
+            yield f"{name}, law {law}", ImpactCase(values, end)
 
 
 def random_impact(seed: int, number: int) -> ImpactCase:
@@ -115,22 +159,24 @@ def random_impact(seed: int, number: int) -> ImpactCase:
     for share in sorted(rng.uniform(0.02, 1.1) for _ in range(rng.choice((0, 0, 0, 0, 1, 2, 3)))):
         b = values["b"] * rng.choice((0.0, 1.0, 1.0)) * _decades(rng, -2, 2)
         later = k * _decades(rng, -2, 2)
-        changes.append((touch + share * contact, later, _allowed(b, values | {"k": later})))
+        inputs = {"k": later, "b": _allowed(b, values | {"k": later})}
+        changes.append((touch + share * contact, inputs))
     end = touch + 4.0 * contact
     if rng.random() < 0.2:  # long after separation
         end += _decades(rng, -3, 0)
-    return ImpactCase(values, segments_of(values, end, changes), start_time)
+    return ImpactCase(values, end, tuple(changes), start_time)
 
 
 def pushed(impact: ImpactCase, rng: random.Random) -> ImpactCase:
     """The impact with forces on the head, at most twice an undamped contact's largest force."""
     scale = impact.closing * 0.5 * critical_damping(impact.values)
-    segments = tuple(
-        replace(segment, club_force=scale * rng.choice((-1.0, 0.0, 1.0)) * _decades(rng, -4, 0.3))
-        for segment in impact.segments
-    )
-    values = impact.values | {"club_force": segments[0].club_force}
-    return replace(impact, values=values, segments=segments)
+
+    def force() -> dict[str, float]:
+        return {"club_force": scale * rng.choice((-1.0, 0.0, 1.0)) * _decades(rng, -4, 0.3)}
+
+    values = {**impact.values, **force()}
+    changes = tuple((time, {**inputs, **force()}) for time, inputs in impact.changes)
+    return replace(impact, values=values, changes=changes)
 
 
 def _decades(rng: random.Random, low: float, high: float) -> float:
@@ -150,70 +196,3 @@ def _damping_ratio(rng: random.Random) -> float:
     if kind == 1:
         return 1.0 + rng.choice((-0.5, 0.5)) * _decades(rng, -14, -2)
     return _decades(rng, -4, 4) if kind < 4 else _decades(rng, -2, 1)
-
-
-def segments_of(
-    values: Mapping[str, float], end: float, changes: Iterable[tuple[float, float, float]] = ()
-) -> tuple[Segment, ...]:
-    """From the start to the end (s): k and b are those of `values`, then those of changes.
-
-    A change is an instant (s) and the k and b from then on. It has no effect at the start, or if
-    another one follows at the same instant.
-    """
-    begins = [(0.0, values["k"], values["b"]), *changes, (end, 0.0, 0.0)]
-    made: list[Segment] = []
-    for (begin, k, b), (until, *_) in pairwise(begins):
-        if until > begin:
-            if not made:
-                k, b = values["k"], values["b"]
-            made.append(Segment(_rounded(until - begin, until - begin), k, b))
-    return tuple(made)
-
-
-def cut(segments: Iterable[Segment], instants: Iterable[float]) -> list[Segment]:
-    """Steps that end at these instants (s from the start), too; their sums are exact."""
-    steps, begin, instants = [], 0.0, sorted(instants)
-    for segment in segments:
-        length = segment.length
-        inside = {_rounded(t - begin, length) for t in instants if 0.0 < t - begin < length}
-        edges = pairwise(sorted(inside | {0.0, length}))
-        steps += [replace(segment, length=end - start) for start, end in edges]
-        begin += length
-    return steps
-
-
-def _rounded(time: float, length: float) -> float:
-    """The nearest multiple of a power of two, 2^-45 of a length or smaller: sums are exact, s."""
-    unit = 2.0 ** (math.floor(math.log2(length)) - 46)
-    return round(time / unit) * unit
-
-
-def random_steps(impact: ImpactCase, rng: random.Random) -> list[Segment]:
-    """Some 24 steps of 1 ns to 1 s in any order in each segment; the last takes what is left."""
-    instants, begin = [], 0.0
-    for segment in impact.segments:
-        longest = math.log10(min(1.0, segment.length))
-        lowest = [longest - rng.choice((1.0, 3.0, 9.0)) for _ in range(24)]
-        sizes = (_decades(rng, max(-9.0, low), max(-9.0, longest)) for low in lowest)
-        instants += [t for t in accumulate(sizes, initial=begin) if t < begin + segment.length]
-        begin += segment.length
-    return cut(impact.segments, instants)
-
-
-def step_patterns(
-    impact: ImpactCase, contact_time: float, rng: random.Random, equal: int = 64
-) -> dict[str, list[Segment]]:
-    """Steps by name: one or so many equal ones in each segment, random ones, and four special ones.
-
-    These end 1 to 100 ns before and after touch and separation.
-    """
-    events = (impact.approach, impact.approach + contact_time)
-    beside = [event + side * 1e-9 * _decades(rng, 0, 2) for event in events for side in (-1.0, 1.0)]
-    return {
-        "one step": list(impact.segments),
-        "equal": [
-            replace(s, length=s.length / equal) for s in impact.segments for _ in range(equal)
-        ],
-        "random": random_steps(impact, rng),
-        "beside events": cut(impact.segments, beside),
-    }

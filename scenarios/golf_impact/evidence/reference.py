@@ -1,335 +1,330 @@
-"""Every output at any instant to 30 digits, for inputs that change at any instant.
+"""Every output of an impact at any instant, to 25 digits and more: the reference of all evidence.
 
-The one reference of stress, benchmark and tests.
-
-In contact all quantities are sums of two (law 2) or three (law 1) exponentials whose rates are the
-eigenvalues of the equations of motion. With 80 digits the coefficients follow from a value and its
-derivatives: cancellation affects only digits far below those needed. The events are zeros of such
-a sum f, searched between the zeros of f' - s f, s being a real rate: there exp(-s t) f is monotone,
-so f has one zero at most (Rolle). That sum has one exponential less; what oscillates is in the end
-one pair, whose zeros are a closed form.
-SI units throughout. None of this is shared with the FMU.
+A linear contact is x' = A x; its matrix exponential is the sum of A's modes, with 80 digits, so
+that cancellation affects only digits far below those needed. A power law's contact is a linear one
+in a time of its own; the host's time follows by quadrature. SI units. Nothing is the FMU's.
 """
 
-from collections.abc import Callable, Container, Iterator, Mapping, Sequence
-from copy import copy
-from dataclasses import dataclass
-from functools import reduce
-from itertools import count, islice, pairwise, takewhile
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import cache, cached_property
+from itertools import chain, count, islice, pairwise, takewhile, tee
 from operator import itemgetter
-from typing import Any
+from typing import Any, NamedTuple
 
 import mpmath
 
+from golf_impact.evidence.scales import reduced_mass
 
-@dataclass(frozen=True)
-class Segment:
-    """A communication step, or the time between two changes of its inputs, set before it."""
-
-    length: float  #: s; rounded, so that its parts add up exactly
-    k: float
-    b: float
-    club_force: float = 0.0
-
-
-#: A way to step through an impact.
-Steps = Sequence[Segment]
-
-_mp: Any = mpmath.mp.clone()  # a context of its own: the precision of others is unchanged
-_mp.dps = 80
+mp: Any = mpmath.mp.clone()  # a context of its own: the precision of others is unchanged
+mp.dps = 80
 Real = Any  # an mpmath number: the package has no types
-_ZERO = _mp.mpf(0)
 
-_LASTING = (
+#: Of rates that would coincide: then they don't, and results change in the 37th digit.
+_APART = mp.mpf(10) ** -36
+_STATE = ("d", "club_velocity", "ball_velocity", "ball_position")
+_SO_FAR = (
     "contact_time", "max_force", "time_of_max_force", "max_compression", "contact_displacement",
     "impulse",
 )  # fmt: skip
 
-#: A factor of b: two rates then never coincide, and results change in the 37th digit.
-_APART = 1 + _mp.mpf(10) ** -36
-
 
 class _Sum:
-    """f(t) = Σ c exp(s t), from its value and derivatives at 0 (as many as there are rates s)."""
+    """f(t) = Σ c exp(s t); the rates s are real but for one conjugate pair."""
 
-    def __init__(self, rates: list[Any], initial: list[Real]) -> None:
-        self.rates, self.initial = rates, initial
-        self.c = []
-        for s in rates:
-            # (D - r) leaves nothing of exp(r t), and of exp(s t) the s - r fold.
-            others = [r for r in rates if r is not s]
-            self.c.append(reduce(_less, others, initial)[0] / _mp.fprod(s - r for r in others))
-
-    def _total(self, part: Callable[[Any], Any]) -> Real:
-        return _mp.re(sum(c * part(s) for c, s in zip(self.c, self.rates)))
+    def __init__(self, terms: Iterable[tuple[Any, Any]]) -> None:
+        terms = [*terms]
+        least = mp.mpf(10) ** -70 * max(abs(c) for _, c in terms)
+        self.terms = sorted((x for x in terms if abs(x[1]) > least), key=lambda x: -mp.re(x[0]))
+        self.fastest = max((abs(s) for s, _ in self.terms), default=mp.one)
+        self.soon = mp.mpf(10) ** -25 / self.fastest
 
     def __call__(self, t: Real) -> Real:
-        return self._total(lambda s: _mp.exp(s * t)) if t else self.initial[0]
+        return mp.re(sum(c * mp.exp(s * t) for s, c in self.terms))
 
     def integral(self, t: Real) -> Real:
-        return self._total(lambda s: _mp.expm1(s * t) / s if s else t)
+        return mp.re(sum(c * (mp.expm1(s * t) / s if s else t) for s, c in self.terms))
 
-    def sign(self) -> int:
-        """Its sign just after 0."""
-        return -1 if next((value for value in self.initial if value), 1) < 0 else 1
+    def less(self, rate: Any) -> "_Sum":
+        """f' - rate f, which has no term of this rate."""
+        return _Sum([(s, c * (s - rate)) for s, c in self.terms])
+
+    def zeros(self) -> Iterator[Real]:
+        """All t > 0 at which it changes sign, in order.
+
+        For a real s, exp(-s t) f is monotone between the zeros of f' - s f: f has one zero there at
+        most (Rolle). What is left without the real rates is one pair: its zeros are a closed form.
+        """
+        real = [s for s, _ in self.terms if not mp.im(s)]
+        if not real and self.terms:
+            s, c = self.terms[0]
+            angle = mp.sign(mp.im(s)) * (mp.pi / 2 - mp.arg(c)) % mp.pi
+            zeros = ((angle + n * mp.pi) / abs(mp.im(s)) for n in count())
+            yield from (t for t in zeros if t > self.soon)
+        elif len(self.terms) > 1:
+            end = self._settled()
+            cuts = takewhile(lambda t: t < end, self.less(real[0]).zeros())
+            edges = chain([self.soon], cuts, [end] if end < mp.inf else [])
+            for (left, before), (right, after) in pairwise((t, self(t)) for t in edges):
+                if before * after < 0:
+                    yield self._root(left, right)
+
+    def _settled(self) -> Real:
+        """From when on the slowest term, if it is real, outweighs the others."""
+        (slowest, c), *others = self.terms
+        for n in range(0 if mp.im(slowest) else 300):
+            t = mp.mpf(2) ** n / self.fastest
+            if sum(abs(x * mp.exp((s - slowest) * t)) for s, x in others) < abs(c):
+                return t
+        return mp.inf
+
+    def _root(self, left: Real, right: Real) -> Real:
+        scale, width = self(right), right - left
+        while self(left + width) / scale > 0:
+            width /= 2
+        bracket, tolerance = (left + width, left + 2 * width), mp.mpf(10) ** -60 * right
+        return _root(lambda t: self(t) / scale, bracket, tol=tolerance)
 
     def largest(self, t: Real) -> tuple[Real, Real]:
         """The largest value on [0, t] and when that is; the first one if there are two."""
-        slope = _Sum(self.rates, [*self.initial[1:], self._total(lambda s: s ** len(self.rates))])
+        self._extrema, extrema = tee(self._extrema)
+        times = (mp.zero, *takewhile(lambda zero: zero < t, extrema), t)
+        return max(((self(time), time) for time in times), key=itemgetter(0))
+
+    @cached_property
+    def _extrema(self) -> Iterator[Real]:
         # Later maxima of a decaying oscillation are lower than the first few.
-        extrema = takewhile(lambda zero: zero < t, islice(slope.zeros(), 60))
-        return max(((self(time), time) for time in (_ZERO, *extrema, t)), key=itemgetter(0))
-
-    def zeros(self) -> Iterator[Real]:
-        """All t > 0 at which it changes sign, in order."""
-        first, *others = self.rates
-        if _mp.im(first):
-            value, slope = self.initial
-            sigma, w = _mp.re(first), abs(_mp.im(first))
-            angle = _mp.pi if value == 0 else _mp.atan2(-value * w, slope - sigma * value) % _mp.pi
-            yield from ((angle + n * _mp.pi) / w for n in count())
-        cuts = _Sum(others, _less(self.initial, first)).zeros() if others else iter(())
-        left, sign = _ZERO, self.sign()
-        for cut in takewhile(self._open_at, cuts):
-            if sign * self(cut) < 0:
-                yield self._root(left, cut)
-                sign = -sign
-            left = cut
-        # One more can follow the last cut; the slowest exponential decides whether.
-        _, slowest = max(zip(self.rates, self.c), key=lambda pair: _mp.re(pair[0]))
-        if sign * _mp.re(slowest) < 0:
-            right = 2 * left + 1 / max(map(abs, self.rates))
-            while sign * self(right) > 0:
-                right *= 2
-            yield self._root(left, right)
-
-    def _open_at(self, t: Real) -> bool:
-        """Whether others can still outweigh the slowest exponential, a real one, at t or later."""
-        terms = zip(self.rates, self.c)
-        (slowest, c), *others = sorted(terms, key=lambda pair: -_mp.re(pair[0]))
-        if _mp.im(slowest) or not any(_mp.im(rate) for rate, _ in others):
-            return True
-        rest = sum(abs(c * _mp.exp(rate * t)) for rate, c in others)
-        return bool(rest >= abs(c * _mp.exp(slowest * t)))
-
-    def _root(self, left: Real, right: Real) -> Real:
-        """The one zero in (left, right]."""
-        scale, width = self(right) or 1, right - left
-        while self(left + width) / scale > 0:
-            width /= 2
-        precision = _mp.mpf(10) ** -60 * right
-        return _mp.findroot(
-            lambda t: self(t) / scale,
-            (left + width, left + 2 * width),
-            solver="illinois",
-            tol=precision,
-            maxsteps=1000,
-            verify=False,
-        )
+        return islice(self.less(0).zeros(), 60)
 
 
-def _less(initial: list[Any], rate: Any) -> list[Any]:
-    """Value and derivatives at 0 of f' - rate f, from those of f."""
-    return [derived - rate * value for value, derived in pairwise(initial)]
+def _root(function: Any, bracket: tuple[Real, Real], **options: Any) -> Real:
+    return mp.findroot(function, bracket, solver="pegasus", maxsteps=1000, verify=False, **options)
 
 
-class _Contact:
-    """The motion from a state (d, v_club, v_ball, x_ball) on: x' = A x, with constant k and b.
+class _LinearContact:
+    """From a state (d, v_club, v_ball) on, with constant k, b and force on the head.
 
-    A force P on the club head is a further quantity, 1 at the start, that grows so slowly that
-    results change in the 36th digit: then it has a rate of its own.
+    The force is that of a further quantity, 1 at the start, which grows so slowly that its rate is
+    just not the momentum's.
     """
 
-    def __init__(
-        self, law: int, m_club: Real, m_ball: Real, k: Real, b: Real, force: Real, state: list[Real]
-    ) -> None:
-        drag, damper = (b * _APART, _ZERO) if law == 1 else (_ZERO, b * _APART)
-        omega = _mp.sqrt(k * (1 / m_club + 1 / m_ball))
-        # The first quantity is ω d: a velocity, like the others.
-        start = _mp.matrix([omega * state[0], *state[1:3], 1])
-        contact = _mp.matrix([[k / omega, damper, -damper, 0]])
-        matrix = _mp.matrix(4)
-        matrix[0, 1], matrix[0, 2] = omega, -omega
-        matrix[1, 1], matrix[1, 3] = -drag / m_club, force / m_club
-        matrix[2, 2], matrix[3, 3] = -drag / m_ball, omega * (_APART - 1)
-        matrix[1, :] -= contact / m_club
-        matrix[2, :] += contact / m_ball
-        if not force:
-            start, contact, matrix = start[:3], contact[:, :3], matrix[:3, :3]
-        rates = _mp.eig(matrix, left=False, right=False)
-        rates = [s if abs(_mp.im(s)) > _mp.mpf(10) ** -40 * omega else _mp.re(s) for s in rates]
-        if drag:
-            rates = relative = sorted(rates, key=lambda s: abs(_mp.im(s)))
-        else:
-            # Momentum stays but for the force, and the compression is that of an oscillator.
-            relative = sorted(rates, key=abs)[1:]
-            rates = [_ZERO, *relative]
+    def __init__(self, v: Mapping[str, Real], state: Sequence[Real]) -> None:
+        b, m_club, m_ball = v["b"] * (1 + _APART), v["m_club"], v["m_ball"]
+        drag, damper = (b, mp.zero) if v["law"] == 1 else (mp.zero, b)
+        force, push = mp.matrix([[v["k"], damper, -damper, 0]]), v["club_force"]
+        rates = mp.diag([0, -drag / m_club, -drag / m_ball, mp.sqrt(v["k"] / m_ball) * _APART])
+        rates[0, 1], rates[0, 2], rates[1, 3] = 1, -1, push / m_club
+        rates[1, :] -= force / m_club
+        rates[2, :] += force / m_ball
+        found, modes = mp.eig(rates)
+        least = mp.mpf(10) ** -40 * max(map(abs, found))
+        weights = mp.lu_solve(modes, mp.matrix([*state, 1 if push else 0]))
 
-        def quantity(row: Any, rates: list[Any]) -> _Sum:
-            x, initial = start, []
-            for _ in rates:
-                initial.append((row * x)[0])
-                x = matrix * x
-            return _Sum(rates, initial)
+        def quantity(row: Any) -> _Sum:
+            terms = [(s, c * weight) for s, c, weight in zip(found, row * modes, weights)]
+            return _Sum(x if abs(mp.im(x[0])) > least else (*map(mp.re, x),) for x in terms)
 
-        rows = _mp.eye(len(start))
-        self.d = quantity(rows[0, :] / omega, relative)
-        self.force = quantity(contact, relative)
-        self.v_club = quantity(rows[1, :], rates)
-        self.v_ball = quantity(rows[2, :], rates)
-        self.x_ball = state[3]
+        unit = mp.eye(4)
+        self.d, self.v_club, self.v_ball = (quantity(unit[n, :]) for n in range(3))
+        self.force = quantity(force)
+        ending = self.d if drag else self.force
         #: s until contact ends: 0 if it has, inf if it never will.
-        self.duration = _ZERO if self.force.sign() < 0 else next(self.force.zeros(), _mp.inf)
+        self.duration = mp.zero if ending(ending.soon) < 0 else next(ending.zeros(), mp.inf)
 
-    def state(self, t: Real) -> list[Real]:
-        return [self.d(t), self.v_club(t), self.v_ball(t), self.x_ball + self.v_ball.integral(t)]
+    def at(self, t: Real) -> tuple[Real, ...]:
+        """d, v_club, v_ball, how far the ball has moved, the force on it, its impulse."""
+        ball, force = self.v_ball, self.force
+        return self.d(t), self.v_club(t), ball(t), ball.integral(t), force(t), force.integral(t)
+
+    def maxima(self, t: Real) -> tuple[Real, ...]:
+        """The largest force so far, its time, and the largest compression."""
+        return *self.force.largest(t), self.d.largest(t)[0]
+
+
+class _PowerLawContact:
+    """Law 2 with an exponent n, from touch on, without a force on the head.
+
+    Velocities are those of a linear contact with k = μ in a time σ. Its compression over the
+    approach speed is x = (d/length)^m, m = (n + 1)/2, and dt = x^-P dσ/ω, P = (n - 1)/(n + 1).
+    """
+
+    def __init__(self, v: Mapping[str, Real], state: Sequence[Real]) -> None:
+        n, length, (_, v_club, v_ball) = v["exponent"], v["reference_compression"], state
+        self.m, self.power, mu = (n + 1) / 2, (n - 1) / (n + 1), reduced_mass(v)
+        omega, closing = mp.sqrt(self.m * v["k"] / mu), v_club - v_ball
+        self.zeta, self.closing = v["b"] / (2 * mu * omega), closing
+        self.length = length * (self.m * closing / (length * omega)) ** (1 / self.m)
+        self.omega, self.share = self.m * closing / self.length, mu / v["m_ball"]
+        self.drift = v_ball + self.share * closing
+        self.linear = linear = _LinearContact({**v, "k": mu, "b": 2 * self.zeta * mu}, state)
+        self.end, slope = linear.duration, linear.force.less(0)
+
+        def rise(x: Real) -> Real:
+            closer = linear.v_club(x) - linear.v_ball(x)
+            return self.power * closer * linear.force(x) + linear.d(x) * slope(x)
+
+        self.peak = _root(rise, (self.end * mp.mpf(10) ** -30, self.end))
+        self.duration, self._sigma = self._time(self.end), cache(self._sigma_at)
+
+    def _time(self, sigma: Real) -> Real:
+        """From touch on: σ = z^m removes the singularity there."""
+        cuts = [min(sigma, 1 / max(1, self.zeta))]
+        while cuts[-1] < sigma:
+            cuts.append(min(2 * cuts[-1], sigma))
+
+        def integrand(z: Real) -> Real:
+            with mp.workdps(80):
+                x, d = z**self.m, self.linear.d
+                ratio = d(x) / (x * self.closing) if x > d.soon else mp.one
+                return self.m * ratio**-self.power
+
+        with mp.workdps(32):
+            return mp.quad(integrand, [0, *(cut ** (1 / self.m) for cut in cuts)]) / self.omega
+
+    def _sigma_at(self, t: Real) -> Real:
+        if t >= self.duration:
+            return self.end
+        return _root(lambda x: self._time(x) / t - 1, (mp.zero, self.end), tol=1e-28)
+
+    def _force(self, sigma: Real) -> Real:
+        x = self.linear.d(sigma) / self.closing
+        return self.omega * x**self.power * self.linear.force(sigma)
+
+    def at(self, t: Real) -> tuple[Real, ...]:
+        """As of a linear contact."""
+        sigma = self._sigma(t)
+        x, v_club, v_ball, _, _, impulse = self.linear.at(sigma)
+        d = self.length * (x / self.closing) ** (1 / self.m)
+        return d, v_club, v_ball, self.drift * t - self.share * d, self._force(sigma), impulse
+
+    def maxima(self, t: Real) -> tuple[Real, ...]:
+        """As of a linear contact."""
+        sigma = self._sigma(t)
+        peak, x = min(sigma, self.peak), self.linear.d.largest(sigma)[0] / self.closing
+        return self._force(peak), self._time(peak), self.length * x ** (1 / self.m)
+
+
+def restitution(zeta: Real) -> Real:
+    """Law 2's coefficient of restitution at this damping ratio."""
+    # Above 1 both are imaginary.
+    half = 1 if zeta == 1 else mp.re(mp.acos(zeta) / mp.sqrt(1 - mp.mpf(zeta) ** 2))
+    return mp.exp(-2 * zeta * half)
+
+
+def _damping(v: Mapping[str, Real], closing: Real) -> Real:
+    """The b that the coefficient of restitution at this approach speed gives."""
+    log = mp.log(v["restitution_at_rest"] - v["restitution_slope"] * closing)
+    guess = -log / mp.sqrt(mp.pi**2 + log**2)
+    zeta = mp.findroot(lambda zeta: mp.log(restitution(zeta)) - log, guess)
+    return 2 * zeta * mp.sqrt((v["exponent"] + 1) / 2 * v["k"] * reduced_mass(v))
+
+
+class _Phase(NamedTuple):
+    begin: Real  #: s from the start
+    start: dict[str, Real]  #: state and results so far
+    contact: Any = None
+    acceleration: Real = mp.zero  #: of the head in flight
+
+    def at(self, time: Real) -> dict[str, Real]:
+        """State, force and results so far."""
+        t, now, contact = time - self.begin, dict(self.start), self.contact
+        v_club, v_ball, gained = now["club_velocity"], now["ball_velocity"], self.acceleration * t
+        d = now["d"] + (v_club - v_ball + gained / 2) * t
+        state = d, v_club + gained, v_ball, v_ball * t, mp.zero, mp.zero
+        if contact:
+            state = contact.at(t)
+            force, when, deepest = contact.maxima(t)
+            if force > now["max_force"]:
+                now |= {"max_force": force, "time_of_max_force": now["contact_time"] + when}
+            now["max_compression"] = max(now["max_compression"], deepest)
+            now["contact_time"] += t
+            now["contact_displacement"] += state[3]
+            now["impulse"] += state[5]
+        moved = {"ball_position": now["ball_position"] + state[3], "force": state[4]}
+        return now | dict(zip(_STATE, state[:3])) | moved
 
 
 class Reference:
-    """One impact as a host steps it: `step` and `outputs` are those of the FMU.
+    """One impact; the ball starts at 0, the club face at -gap. Doubles are taken as exact.
 
-    The ball starts at 0 and the club face at -gap. Arguments are doubles, taken as exact.
+    Args:
+        values: inputs and parameters by name, and the host's start_time.
+        changes: an instant (s from the start) and the inputs from then on; during a contact of a
+            power law there is none.
     """
 
-    def __init__(self, values: Mapping[str, float]) -> None:
-        exact = {name: _mp.mpf(value) for name, value in values.items()}
-        self.law = int(values["law"])
-        self.m_club, self.m_ball = exact["m_club"], exact["m_ball"]
-        self.k, self.b, self.club_speed = exact["k"], exact["b"], exact["club_speed"]
-        self.club_force = exact.get("club_force", _ZERO)
-        self.u_ball, self.u_club = exact["ball_speed"], None
-        self.start_time, self.clock = exact.get("start_time", _ZERO), _ZERO
-        self.touch_clock: Real = None
-        #: Velocities at separation, after it.
-        self.parting: tuple[Real, ...] | None = None
-        self.mean_force = _ZERO
-        # The present phase, free motion or a contact with constant k and b, and its start:
-        self.contact: _Contact | None = None
-        self.begun = _ZERO
-        self.state = [-exact["gap"], self.club_speed, self.u_ball, _ZERO]
-        self.so_far = dict.fromkeys(_LASTING, _ZERO)
+    def __init__(
+        self, values: Mapping[str, Any], changes: Iterable[tuple[Any, Mapping[str, Any]]] = ()
+    ) -> None:
+        usual = {"club_force": 0, "exponent": 1, "restitution_at_rest": 0, "start_time": 0}
+        v = self.v = {name: mp.mpf(value) for name, value in {**usual, **values}.items()}
+        #: First touch and separation, s from the start, if there are any.
+        self.touch = self.parting = mp.inf
+        self.u_club, self.u_ball = v["club_speed"], v["ball_speed"]
+        start = dict.fromkeys((*_STATE, *_SO_FAR), mp.zero) | {"d": -v["gap"]}
+        start |= {"club_velocity": self.u_club, "ball_velocity": self.u_ball}
+        self.phases = [_Phase(mp.zero, start)]
+        for time, later in (*changes, (mp.inf, {})):
+            self._pass_events(mp.mpf(time))
+            v |= {name: mp.mpf(value) for name, value in later.items()}
+            if later:
+                self._begin(mp.mpf(time))
 
-    @property
-    def parted(self) -> bool:
-        return self.parting is not None
+    def _pass_events(self, until: Real) -> None:
+        begin, start, *_ = self.phases[-1]
+        closing = start["club_velocity"] - start["ball_velocity"]
+        if self.touch == mp.inf and closing > 0 and begin - start["d"] / closing < until:
+            self.touch = begin - start["d"] / closing
+            if self.v["restitution_at_rest"]:
+                self.v["b"] = _damping(self.v, closing)
+            self._begin(self.touch)
+        begin, _, contact, _ = self.phases[-1]
+        if contact and contact.duration < mp.inf and begin + contact.duration <= until:
+            self.parting = begin + contact.duration
+            self._begin(self.parting)
 
-    def step(
-        self, size: Real, k: Real = None, b: Real = None, club_speed: Real = None,
-        club_force: Real = None,
-    ) -> None:  # fmt: skip
-        """Move on by `size` s, with inputs (SI units) set just before, if given.
+    def _begin(self, time: Real) -> None:
+        start, v = self.phases[-1].at(time), self.v
+        acceleration = v["club_force"] / v["m_club"] if time >= self.parting else mp.zero
+        contact: Any = None
+        if time < self.touch:
+            self.u_club = start["club_velocity"] = v["club_speed"]
+        elif time < self.parting:
+            start["d"] = start["d"] if time > self.touch else mp.zero
+            law = _LinearContact if v["exponent"] == 1 else _PowerLawContact
+            contact = law(v, [start[name] for name in _STATE[:3]])
+        self.phases.append(_Phase(time, start, contact, acceleration))
 
-        `mean_force` is then that of this step, N. The club speed counts until first touch.
+    def outputs(self, time: Any) -> dict[str, Any]:
+        """Every output but mean_force, s from the start; flags as bool.
+
+        Where an input changes they are the left limit, at touch the right one.
         """
-        if club_speed is not None and self.touch_clock is None:
-            self._begin_phase(self.clock)
-            self.club_speed = self.state[1] = _mp.mpf(club_speed)
-        before = self.k, self.b, self.club_force
-        given = (k, b, club_force)
-        inputs = [now if new is None else _mp.mpf(new) for new, now in zip(given, before)]
-        if tuple(inputs) != before and self.contact is not None:
-            self.k, self.b, self.club_force = inputs
-            self._begin_phase(self.clock, in_contact=True)
-        elif self.parted:
-            self._begin_phase(self.clock)
-        self.k, self.b, self.club_force = inputs
-        impulse = self._impulse()
-        self.clock += _mp.mpf(size)
-        d, v_club, v_ball, _ = self.state
-        if self.touch_clock is None and (v_club - v_ball) * (self.clock - self.begun) > -d:
-            self._touch(self.begun - d / (v_club - v_ball))
-        if self.contact is not None and self.clock - self.begun >= self.contact.duration:
-            self._begin_phase(self.begun + self.contact.duration)
-            self.parting = tuple(self.state[1:3])
-        self.mean_force = (self._impulse() - impulse) / size
+        time = mp.mpf(time)
+        *_, phase = (p for p in self.phases if p.begin < time or p.begin == time in (0, self.touch))
+        now, v = phase.at(time), self.v
+        touched, separated = phase.begin >= self.touch, phase.begin >= self.parting
+        d, v_club, v_ball, x_ball = (now.pop(name) for name in _STATE)
+        # Coefficient of restitution and energy efficiency are those at separation.
+        at_end = next((p.start for p in self.phases if p.begin >= self.parting), {})
+        v_c, v_b = (at_end[n] for n in _STATE[1:3]) if separated else (v_club, v_ball)
 
-    def _touch(self, clock: Real) -> None:
-        self._begin_phase(clock)
-        self.state[0], self.u_club, self.touch_clock = _ZERO, self.club_speed, clock
-        self._begin_phase(clock, in_contact=True)
+        def energy(club: Real, ball: Real) -> Real:
+            return (v["m_club"] * club**2 + v["m_ball"] * ball**2) / 2
 
-    def _begin_phase(self, clock: Real, in_contact: bool = False) -> None:
-        self.so_far, self.state = self._so_far(clock), self._state(clock)
-        self.begun, self.contact = clock, None
-        if in_contact:
-            bodies = self.m_club, self.m_ball
-            inputs = self.k, self.b, self.club_force
-            self.contact = _Contact(self.law, *bodies, *inputs, self.state)
-
-    def _state(self, clock: Real) -> list[Real]:
-        t, (d, v_club, v_ball, x_ball) = clock - self.begun, self.state
-        if self.contact is not None:
-            return self.contact.state(t)
-        gained = self.club_force / self.m_club * t if self.parted else _ZERO
-        moved = (v_club - v_ball + gained / 2) * t
-        return [d + moved, v_club + gained, v_ball, x_ball + v_ball * t]
-
-    def _impulse(self) -> Real:
-        t = self.clock - self.begun
-        return self.so_far["impulse"] + (self.contact.force.integral(t) if self.contact else 0)
-
-    def _so_far(self, clock: Real) -> dict[str, Real]:
-        """The outputs that are constant after contact."""
-        if self.contact is None:
-            return self.so_far
-        t, contact, now = clock - self.begun, self.contact, dict(self.so_far)
-        force, when = contact.force.largest(t)
-        if force > now["max_force"]:
-            now |= {"max_force": force, "time_of_max_force": now["contact_time"] + when}
-        now["max_compression"] = max(now["max_compression"], contact.d.largest(t)[0])
-        now["contact_time"] += t
-        now["contact_displacement"] += contact.v_ball.integral(t)
-        now["impulse"] += contact.force.integral(t)
-        return now
-
-    def outputs(self) -> dict[str, Real]:
-        """Every output but `mean_force` by name; flags as bool. At touch, the right limit."""
-        d, v_club, v_ball, x_ball = self._state(self.clock)
-        touched = self.touch_clock is not None
-        if not touched and d == 0 and v_club > v_ball:
-            later = copy(self)
-            later._touch(self.clock)
-            return later.outputs()
-        energy = self._energy(v_club, v_ball)
-        force = smash_factor = restitution = _ZERO
-        efficiency = _mp.mpf(1)
-        if touched:
-            if self.contact is not None:
-                force = self.contact.force(self.clock - self.begun)
-            smash_factor = v_ball / self.u_club if self.u_club else _ZERO
-            v_c, v_b = self.parting or (v_club, v_ball)
-            restitution = (v_b - v_c) / (self.u_club - self.u_ball)
-            efficiency = self._energy(v_c, v_b) / self._energy(self.u_club, self.u_ball)
-        return {
-            "force": force,
+        closing, before = self.u_club - self.u_ball, energy(self.u_club, self.u_ball)
+        return now | {
             "club_position": x_ball + d,
             "ball_position": x_ball,
             "club_velocity": v_club,
             "ball_velocity": v_ball,
-            "compression": max(_ZERO, d) if v_club < v_ball or not self.parted else _ZERO,
+            "compression": max(mp.zero, d) if v_club < v_ball or not separated else mp.zero,
             "touched": touched,
-            "in_contact": touched and not self.parted,
-            "separated": self.parted,
-            "touch_time": self.start_time + (self.touch_clock or 0),
-            "smash_factor": smash_factor,
-            "coefficient_of_restitution": restitution,
-            "energy_efficiency": efficiency,
-            **self._so_far(self.clock),
-            "momentum": self.m_club * v_club + self.m_ball * v_ball,
-            "kinetic_energy": energy,
+            "in_contact": touched and not separated,
+            "separated": separated,
+            "touch_time": v["start_time"] + (self.touch if touched else 0),
+            "smash_factor": v_ball / self.u_club if touched and self.u_club else mp.zero,
+            "coefficient_of_restitution": (v_b - v_c) / closing if touched else mp.zero,
+            "energy_efficiency": energy(v_c, v_b) / before if touched else mp.one,
+            "momentum": v["m_club"] * v_club + v["m_ball"] * v_ball,
+            "kinetic_energy": energy(v_club, v_ball),
         }
-
-    def _energy(self, v_club: Real, v_ball: Real) -> Real:
-        return (self.m_club * v_club**2 + self.m_ball * v_ball**2) / 2
-
-
-def outputs_after(
-    values: Mapping[str, float], steps: Steps, chosen: Container[int], stretched: float = 1.0
-) -> dict[int, dict[str, Real]]:
-    """Every output after the chosen steps, by number from 0; `stretched` is a factor of times."""
-    exact, after = Reference(values), {}
-    for number, step in enumerate(steps):
-        exact.step(_mp.mpf(step.length) * stretched, step.k, step.b, None, step.club_force)
-        if number in chosen:
-            after[number] = exact.outputs()
-    return after
