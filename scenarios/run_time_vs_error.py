@@ -43,7 +43,7 @@ def measure(impact, law, compared, quick):
 
 def plot(rows):
     """The work–precision diagram under both laws: error against run time."""
-    figure, both = plt.subplots(1, 2, sharey=True, figsize=(10.0, 4.6), layout="constrained")
+    figure, both = plt.subplots(1, 2, sharey=True, figsize=(10.0, 4.6))
     for axes, (law, damping) in zip(both, LAWS.items()):
         for name in dict.fromkeys(row["name"] for row in rows[law]):
             of_name = [row for row in rows[law] if row["name"] == name]

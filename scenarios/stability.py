@@ -42,15 +42,12 @@ def list_impacts(seed, quick):
 
 def plot(points):
     """Errors from the reference, against the number of steps and the damping ratio."""
-    figure, (left, right) = plt.subplots(
-        1, 2, sharey=True, figsize=(10.0, 4.2), layout="constrained"
-    )
+    figure, (left, right) = plt.subplots(1, 2, sharey=True, figsize=(10.0, 4.2))
     numbers, ratios, errors = np.array(points).T
     errors = np.maximum(errors, 1e-18)
     left.loglog(numbers, errors, ".", alpha=0.4)
-    left.set(
-        xlabel="number of communication steps", ylabel="largest error of an impact (0: bottom)"
-    )
+    left.set(xlabel="number of communication steps")
+    left.set_ylabel("largest error of an impact (0: bottom)")
     right.loglog(np.maximum(ratios, 1e-7), errors, ".", alpha=0.4)
     right.set(xlabel="damping ratio ζ (none: left edge)")
     for axes in (left, right):
