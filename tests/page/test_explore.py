@@ -80,14 +80,8 @@ def test_the_command(tmp_path):
     # Another case in the same file, with a ball of one's own and its conditions.
     ball = 'law = 2\nk = "800 N/mm"\nb = 30\n[conditions]\nclub_speed = 41.0\n'
     (tmp_path / "mine.toml").write_text(ball)
-    golf_here(
-        "explore",
-        "--no-browser",
-        f"--ball={tmp_path}/mine.toml",
-        "--set=b=31",
-        cwd=tmp_path,
-        code=0,
-    )
+    mine = f"--ball={tmp_path}/mine.toml", "--set=b=31"
+    golf_here("explore", "--no-browser", *mine, cwd=tmp_path, code=0)
     # It doesn't tell where its author's ball is.
     text = default.read_text("utf-8")
     assert str(tmp_path) not in text

@@ -85,6 +85,7 @@ def test_it_opens_with_the_case_asked_for(tab, tmp_path):
         check(tab.open(f"#{name}=5"), law=2, b=30.0)
         assert tab.text("hint").startswith(f"Ignored in the address: {name}.")
     assert "isn't a unit" in tab.type("k", "5 constructor").text("k_refused")
+    assert tab.each("label sub", "x.textContent") == ["r"]
     # Of older pages.
     check(tab.open("?law=2&dynamic_loft=0.2&friction=0.3&level=simple"), law=2)
     assert tab.text("hint").startswith("Ignored in the address: dynamic_loft, friction.")
@@ -266,10 +267,10 @@ def test_layout(tab, screen):
         ends = tab.each("figure svg", "x.getBoundingClientRect().bottom")
         assert phone or max(ends) <= height
         # Text of at least 11 px, as it is scaled.
-        size = (
-            "x.clientWidth / 360 * parseFloat(getComputedStyle(x.querySelector('text')).fontSize)"
-        )
+        style = "getComputedStyle(x.querySelector('text'))"
+        size = f"x.clientWidth / 360 * parseFloat({style}.fontSize)"
         assert min(one for one in tab.each("figure svg", size) if one) >= 10.95
+        assert tab.each("#headline", "parseFloat(getComputedStyle(x).fontSize)")[0] >= 18
     # On a phone the results and a picture are beside each slider.
     for name in ("k", "b", "club_speed", "m_club", "m_ball") if phone else ():
         tab.js("document.getElementById(arguments[0]).scrollIntoView({block: 'center'})", name)
