@@ -186,7 +186,18 @@ def test_numbers_beside_the_outputs():
 
 def test_names_of_cases():
     """Of balls and values in SI units; another case has another one, also if both are long."""
-    many = dict.fromkeys(("club_speed", "gap", "b", "m_club", "k"), 0.12345678901234566)
+    names = [
+        "club_speed",
+        "ball_speed",
+        "gap",
+        "b",
+        "m_club",
+        "m_ball",
+        "k",
+        "ball_diameter",
+        "club_force",
+    ]
+    many = dict.fromkeys(names, 0.12345678901234566)
     cases = [
         ({"k": 8e5}, "k=800000"),
         ({"k": 800100.0, "b": 8.0}, "k=800100_b=8"),
