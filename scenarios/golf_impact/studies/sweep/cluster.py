@@ -6,6 +6,7 @@ import secrets
 import shutil
 from collections.abc import Callable
 from concurrent.futures import CancelledError
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ import numpy as np
 from golf_build import VERSION
 from golf_impact.data.errors import UserError, first_line, missing_package
 from golf_impact.studies.sweep.sweep import Design
-from golf_impact.studies.sweep.table import BLOCK, Summary, write_table
+from golf_impact.studies.sweep.table import BLOCK, write_table
 
 #: How long to wait for a scheduler and a worker.
 _PATIENCE = "30s"
@@ -21,7 +22,7 @@ _PATIENCE = "30s"
 
 def sweep_on_cluster(
     address: str, path: Path, design: Design, progress: Callable[[int], object]
-) -> Summary:
+) -> list[tuple[int, str]]:
     """As `write_table`, by the workers of the Dask scheduler at an address.
 
     FILE.parquet is a folder on storage that all share; its files, in the order of their names, have
@@ -34,7 +35,7 @@ def sweep_on_cluster(
     if path.suffix != ".parquet" or path.is_file():
         raise UserError(f"--out {path} is refused: on a cluster it must be a folder FILE.parquet")
     folder = path.absolute().with_name(f".{secrets.token_hex(6)}.part")
-    shared, done = folder / "shared", 0
+    shared = folder / "shared"
     try:
         folder.mkdir(parents=True)
         shared.touch()
@@ -48,12 +49,11 @@ def sweep_on_cluster(
             count = min(design.cases, max(-(-design.cases // BLOCK), least))
             ends = np.linspace(0, design.cases, count + 1).astype(int).tolist()
             files = [folder / f"{n:06}.parquet" for n in range(count)]
-            cases = [*map(range, ends, ends[1:])]
             sent = [client.scatter(design, broadcast=True)] * count
+            cases = [*map(range, ends, ends[1:])]
             futures = client.map(write_table, files, sent, cases, retries=2)
-            for _, summary in distributed.as_completed(futures, with_results=True):
-                done += len(summary.drawn)
-                progress(done)
+            for done, _ in enumerate(distributed.as_completed(futures), 1):
+                progress(done * design.cases // count)
             parts = client.gather(futures)
         for unfinished in folder.glob(".*.part"):  # of a worker that was killed
             unfinished.unlink()
@@ -71,7 +71,7 @@ def sweep_on_cluster(
         ) from error
     finally:
         shutil.rmtree(folder, ignore_errors=True)
-    return Summary.of(parts)
+    return [*chain(*parts)]
 
 
 def _unfit(version: str, file: Path, folder: Path) -> str:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterable, Mapping
-from functools import cached_property
-from itertools import chain
 from math import prod
 from typing import TYPE_CHECKING, Any
 
@@ -14,10 +12,10 @@ import numpy as np
 from golf_build import VERSION
 from golf_impact.api import known_names, run_impacts
 from golf_impact.data.balls import ball, conditions_of
-from golf_impact.data.errors import UserError, missing_package
+from golf_impact.data.errors import UserError, missing_package, refused, unknown_name
 from golf_impact.data.quantities import LAWS_IN_WORDS, START
 from golf_impact.data.runs import FLAGS, ImpactArrays
-from golf_impact.data.units import si_values, unit_of
+from golf_impact.data.units import si_value, si_values, unit_of
 
 if TYPE_CHECKING:
     from golf_impact.fmu import Impact
@@ -31,73 +29,62 @@ OUTPUTS = (
 #: Of every case, whether they vary or not.
 CONTACT = ("law", "k", "b")
 
-METHODS = ("random", "lhs", "sobol")
+#: How samples are drawn: samplers of SciPy.
+_METHODS = {"random": "", "lhs": "LatinHypercube", "sobol": "Sobol"}
 
+#: Ranges by their first word.
 _RANGES = {
-    ":": "LO:HI:COUNT", "log": "log:LO:HI:COUNT", "normal": "normal:MEAN:SIGMA",
-    "uniform": "uniform:LO:HI",
-}  # fmt: skip
-_FORMS = " | ".join(("VALUE", "A,B,C", *_RANGES.values()))
+    "": "LO:HI:COUNT with LO <= HI and a COUNT of 1 to 10,000,000; write 7e5:9e5:21",
+    "log": "log:LO:HI:COUNT with 0 < LO <= HI and a COUNT of 1 to 10,000,000; write log:1e5:1e7:50",
+    "normal": "normal:MEAN:SIGMA with SIGMA > 0; write normal:1e6:3e4",
+    "uniform": "uniform:LO:HI with LO <= HI; write uniform:7e5:9e5",
+}
 
 #: Points of the design for Sobol indices, a power of 2: each takes an impact for every variable and
 #: two more. Resamples of these points, from which the intervals are.
 _POINTS, _RESAMPLES = 4096, 200
 
-#: Values of a grid's axis, or a frozen distribution of SciPy.
+#: Values of a grid (SI units; names of balls), or a frozen distribution
+#: of SciPy.
 Axis = Any
 
 
 def parse_axis(name: str, given: Any) -> Axis:
-    """An axis from text, a number or a list: floats (SI units), integers (law), names (ball).
-
-    UserError: it has none of the forms above.
-    """
+    """An axis from text, a number or a list; UserError if it has none of the forms above."""
     text = given if isinstance(given, str) else ",".join(map(str, np.ravel(given).tolist()))
     if name == "ball":
         return np.array([ball(one.strip()).name for one in text.split(",")], object)
     try:
-        axis = _parse(text.strip(), unit_of(name))
-        if name != "law":
-            return axis
-        # An Integer of FMI has 32 bits.
-        if _is_random(axis) or (axis % 1.0).any() or (abs(axis) > 2e9).any():
-            raise ValueError
+        axis = _parse(text, unit_of(name))
     except ValueError as error:
-        why = LAWS_IN_WORDS if name == "law" else f"{error}; write {_FORMS}"
-        raise UserError(f"{name}={text} is refused: {why}", name, given, why) from None
-    return axis.astype(np.int64)
+        raise refused(name, given, str(error), f"{name}={text}") from None
+    if name == "law" and (_is_random(axis) or not {*axis.tolist()} <= {*range(1, 100)}):
+        raise refused(name, given, LAWS_IN_WORDS, f"{name}={text}")
+    return axis
 
 
 def _parse(text: str, unit: str) -> Axis:
-    kind, _, rest = text.partition(":")
+    kind, *numbers = text.split(":")
     kind = kind.strip().lower()
-    if kind not in _RANGES:
-        if rest and kind.isalpha():
-            raise ValueError(f"there is no distribution {kind!r}")
-        kind, rest = ":" if ":" in text else "", text
-    numbers = rest.split(":" if kind else ",")
-    given = len(numbers)
-    count = float(numbers.pop()) if kind in (":", "log") else 1.0
-    values = np.array(si_values(numbers, unit)) if numbers else np.array([])
-    if not np.isfinite(values).all():
-        raise ValueError("its numbers must be finite")
-    if not kind:
+    if not numbers:
+        values = np.array(si_values(text.split(","), unit))
+        if not np.isfinite(values).all():
+            raise ValueError("it must be finite")
         return values
-    if len(values) != 2:
-        needed = 2 + (kind in (":", "log"))
-        raise ValueError(f"{given} numbers are given, {_RANGES[kind]} needs {needed}")
-    low, high = values.tolist()
-    for wrong, why in (
-        (kind == "normal" and high <= 0.0, f"the standard deviation {high:g} must be > 0"),
-        (kind == "log" and low <= 0.0, f"a logarithmic range begins above 0, not at {low:g}"),
-        (kind != "normal" and low > high, f"the range begins at {low:g}, above its end {high:g}"),
-        # More would be a typing error.
-        (count % 1.0 or not 1 <= count <= 1e7, f"the count {count:g} isn't 1 to 10,000,000"),
-    ):
-        if wrong:
-            raise ValueError(why)
-    if kind in (":", "log"):
-        return (np.geomspace if kind == "log" else np.linspace)(low, high, int(count))
+    if kind not in _RANGES:
+        if kind.isalpha():
+            raise ValueError(f"there is no range {kind}: choose from log, normal, uniform")
+        kind, numbers = "", text.split(":")
+    is_grid = kind in ("", "log")
+    count = si_value(numbers.pop(), "") if is_grid else 1.0
+    low, high = si_values(numbers, unit) if len(numbers) == 2 else (np.nan, np.nan)
+    rising = high > 0.0 if kind == "normal" else low <= high and (low > 0.0 or kind != "log")
+    # A larger count would be a typing error.
+    whole = count % 1.0 == 0.0 and 1.0 <= count <= 1e7
+    if not (rising and whole and np.isfinite((low, high)).all()):
+        raise ValueError(f"it isn't {_RANGES[kind]}, for instance")
+    if is_grid:
+        return (np.geomspace if kind else np.linspace)(low, high, int(count))
     try:
         from scipy import stats
     except ImportError as error:
@@ -110,7 +97,8 @@ def _is_random(axis: Axis) -> bool:
 
 
 def varies(values: np.ndarray) -> bool:
-    """Whether finite values differ by more than rounding."""
+    """Whether some are finite and differ by more than rounding."""
+    values = values[np.isfinite(values)]
     return values.size > 0 and bool(np.ptp(values) > 1e-9 * np.abs(values).max())
 
 
@@ -121,10 +109,7 @@ class Design:
         axes: of the grid and distributions, by variable.
         grid: those of the grid; the last one varies fastest.
         distributions: the others; their samples vary faster still.
-        outputs: names.
-        seed: of the samples.
-        method: how they are drawn.
-        threads: the most processors to use.
+        balls: those of the grid, by name.
         shape: numbers of values of the grid's axes, and of samples.
         cases: their product.
     """
@@ -138,48 +123,31 @@ class Design:
         method: str = "random",
         threads: int | None = None,
     ) -> None:
-        self.threads = threads
+        known_names(sets.keys() - {"ball"}, "input or parameter")
+        self.outputs = tuple(dict.fromkeys(known_names(outputs)))
+        self.seed, self.method, self.threads = seed, method, threads
         self.axes = {name: parse_axis(name, given) for name, given in sets.items()}
         self.grid = {name: axis for name, axis in self.axes.items() if not _is_random(axis)}
         self.distributions = {name: axis for name, axis in self.axes.items() if _is_random(axis)}
-        self.outputs, self.seed, self.method = known_names(outputs), seed, method
+        self.balls = {name: ball(name) for name in self.grid.get("ball", ())}
         self.shape = (*map(len, self.grid.values()), 1 if samples is None else samples)
         self.cases = prod(self.shape)
-        known_names(self.axes.keys() - {"ball"}, "input or parameter")
-        number, random = f"samples = {samples}", bool(self.distributions)
-        for refused, reason in (
-            (not self.axes, "nothing is swept: give NAME=LO:HI:COUNT, e.g. k=0.5e6:2e6:100"),
-            (not self.outputs, "there is no output: name one at least"),
-            (len({*self.outputs}) < len(self.outputs), "an output is named twice"),
-            (method not in METHODS, f"method {method} is unknown: it is {', '.join(METHODS)}"),
-            (seed < 0, f"seed = {seed} is refused: it must be at least 0"),
-            (random and samples is None, "a distribution needs a number of samples (--samples N)"),
-            (not random and samples is not None, f"{number}: there is no distribution to sample"),
-            (self.shape[-1] < 1, f"{number} is refused: it must be at least 1"),
-            (self.cases > 10**9, f"{self.cases:,} cases are refused: at most 1,000,000,000"),
-        ):
-            if refused:
-                raise UserError(reason)
+        if not self.axes:
+            raise UserError("nothing is swept: give NAME=LO:HI:COUNT, e.g. k=0.5e6:2e6:100")
+        if method not in _METHODS:
+            raise unknown_name("method", method, _METHODS)
+        if not 0 <= seed < 2**32:
+            raise refused("seed", seed, "it must be between 0 and 4,294,967,295")
+        if (samples or 0) < 1 if self.distributions else samples is not None:
+            why = "distributions need a number of samples (--samples N), a grid has none"
+            raise UserError(why, "samples", samples, why)
+        if self.cases > 10**9:
+            raise UserError(f"{self.cases:,} cases are refused: at most 1,000,000,000")
         self._samples: dict[str, np.ndarray] = {}
-        if random:
-            generator = np.random.default_rng(seed)
-            shares = _shares(method, len(self.distributions), generator, self.shape[-1])
-            for n, (name, axis) in enumerate(self.distributions.items()):
-                shares[:, n] = axis.ppf(shares[:, n])
-                self._samples[name] = shares[:, n]
-
-    @cached_property
-    def drawn(self) -> str:
-        """The output of the picture: the first that varies in some of the cases, or else the first.
-
-        In a linear law S, COR and E don't depend on speed.
-        """
-        # They are computed for this alone, each once: some impacts take milliseconds.
-        some = np.unique(np.random.default_rng(0).integers(self.cases, size=100))
-        found = self.run(self.columns(some)) if len(self.outputs) > 1 else {}
-        columns = {name: np.asarray(found[name], float) for name in self.outputs if found}
-        varied = (name for name, c in columns.items() if varies(c[np.isfinite(c)]))
-        return next(varied, self.outputs[0])
+        if self.distributions:
+            shares = _shares(method, len(self.distributions), seed, self.shape[-1])
+            for (name, axis), column in zip(self.distributions.items(), shares.T):
+                self._samples[name] = axis.ppf(column)
 
     def columns(self, cases: np.ndarray) -> dict[str, np.ndarray]:
         """The swept variables in the cases of these numbers, by name."""
@@ -188,50 +156,42 @@ class Design:
         columns |= {name: values[sample] for name, values in self._samples.items()}
         return {name: columns[name] for name in self.axes}
 
-    def values(self, columns: Mapping[str, Any]) -> dict[str, Any]:
-        """Inputs and parameters in the cases of these columns: swept ones, and those of balls."""
-        values = {name: column for name, column in columns.items() if name != "ball"}
-        if "ball" in columns:
-            balls = {name: ball(name) for name in self.grid["ball"]}
-            index = np.array([[*balls].index(name) for name in columns["ball"]])
-            for name in {*chain(*(one.values for one in balls.values()))} - values.keys():
-                table = [one.values.get(name, START[name]) for one in balls.values()]
-                values[name] = np.array(table)[index]
-            values |= conditions_of(balls.values(), self.axes)
-        return values
-
     def run(self, columns: Mapping[str, Any], impact: Impact | None = None) -> ImpactArrays:
         """The table of these cases: swept variables, law, k and b, outputs.
 
         Through an FMU if one is given.
         """
-        number = len(next(iter(columns.values())))
-        values = {name: np.broadcast_to(x, number) for name, x in self.values(columns).items()}
+        values = {name: column for name, column in columns.items() if name != "ball"}
+        number, balls = len(next(iter(columns.values()))), columns.get("ball", ())
+        for name in {name for one in self.balls.values() for name in one.values} - values.keys():
+            of = {one.name: one.values.get(name, START[name]) for one in self.balls.values()}
+            values[name] = np.array([of[each] for each in balls])
+        for name, value in conditions_of(self.balls.values(), self.axes).items():
+            values[name] = np.full(number, value)
         if impact is None:
             found = run_impacts(self.outputs, threads=self.threads, **values)
         else:
             found = impact.many(self.outputs, **values)
         # Of a ball whose stiffness nobody measured, what depends on it isn't known.
-        for name in self.grid["ball"] if "ball" in columns else ():
-            for unknown in ball(name).unknown({*found} - {*FLAGS}, self.axes):
-                mine = np.asarray(columns["ball"]) == name
-                found[unknown] = np.where(mine, np.nan, found[unknown])
+        for one in self.balls.values():
+            for name in one.unknown({*found} - {*FLAGS}, self.axes):
+                found[name] = np.where(balls == one.name, np.nan, found[name])
         contact = {name: values.get(name, np.full(number, START[name])) for name in CONTACT}
         contact["law"] = contact["law"].astype(np.int64)
         return ImpactArrays({**columns, **contact, **found}, found.refused, found.reason)
 
 
-def _shares(method: str, dimensions: int, generator: Any, number: int) -> Any:
+def _shares(method: str, dimensions: int, seed: int, number: int) -> Any:
     """Points in the unit cube, shape (number, dimensions)."""
+    generator = np.random.default_rng(seed)
     if method == "random":
         return generator.random((number, dimensions))
     from scipy.stats import qmc
 
-    sampler = qmc.Sobol if method == "sobol" else qmc.LatinHypercube
     with warnings.catch_warnings():
         # Balanced only for powers of 2: any other number is still a fair sample.
         warnings.simplefilter("ignore", UserWarning)
-        return sampler(dimensions, seed=generator).random(number)
+        return getattr(qmc, _METHODS[method])(dimensions, seed=generator).random(number)
 
 
 def sweep(
@@ -298,19 +258,14 @@ def sobol_indices(design: Design, impact: Impact | None = None) -> dict[str, Any
     # The rows of a point of the design follow each other.
     rows = rows.reshape(len(rows), _POINTS, -1)
     rows = rows[:, np.isfinite(rows).all(axis=(0, 2))]
+    options: Any = {"calc_second_order": False, "num_resamples": _RESAMPLES, "seed": seed}
     indices: dict[str, Any] = {"first_order": {}, "total": {}}
     for output, values in zip(design.outputs, rows):
-        shares = dict.fromkeys(("S1", "S1_conf", "ST", "ST_conf"), np.full(len(axes), np.nan))
-        if varies(values):
-            shares = analyze(
-                problem,
-                values.ravel(),
-                calc_second_order=False,
-                num_resamples=_RESAMPLES,
-                seed=seed,
-            )
+        found = analyze(problem, values.ravel(), **options) if varies(values) else {}
         for kind, name in (("first_order", "S1"), ("total", "ST")):
-            value, half = shares[name], shares[f"{name}_conf"]
+            value, half = (
+                found.get(key, np.full(len(axes), np.nan)) for key in (name, f"{name}_conf")
+            )
             interval = np.stack([value, value - half, value + half], axis=-1)
             indices[kind][output] = dict(zip(axes, interval.tolist()))
     return indices | {"samples": _POINTS, "seed": seed, "version": VERSION}

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,23 +24,6 @@ if TYPE_CHECKING:
 #: Cases at a time: a bound of the memory.
 BLOCK = 100_000
 
-Write = Callable[[Mapping[str, np.ndarray], np.ndarray], object]
-
-
-class Summary(NamedTuple):
-    """What a sweep found."""
-
-    refused: int  #: number of cases that were refused
-    first: tuple[int, str] | None  #: row (from 1, without the header) of the first, and why
-    drawn: np.ndarray  #: the output of the picture in all cases; NaN without a value
-
-    @classmethod
-    def of(cls, parts: Sequence[Summary]) -> Summary:
-        """Of parts that follow each other."""
-        first = next((part.first for part in parts if part.first), None)
-        drawn = np.concatenate([part.drawn for part in parts])
-        return cls(sum(part.refused for part in parts), first, drawn)
-
 
 def write_table(
     path: Path,
@@ -49,8 +31,10 @@ def write_table(
     cases: range,
     impact: Impact | None = None,
     progress: Callable[[int], object] = lambda done: None,
-) -> Summary:
-    """Compute cases and write a row for each: the swept variables, then the outputs.
+) -> list[tuple[int, str]]:
+    """Compute cases and write a row for each: swept variables, law, k and b, then outputs.
+
+    Returns how many of each block are refused; and the first: its row (from 1), and why.
 
     Args:
         path: a .csv or .parquet file; it gets its name when it is complete.
@@ -62,23 +46,25 @@ def write_table(
     Raises:
         UserError: it can't be written; then it is as it was.
     """
-    parts = []
+    refused = []
     with opened(path) as stream, _writer(path.suffix.lower(), stream, design) as write:
         for begin in cases[::BLOCK]:
             end = min(begin + BLOCK, cases.stop)
             table = design.run(design.columns(np.arange(begin, end)), impact)
-            refused = table.refused
-            write(table, refused)
-            first = (begin + int(refused.argmax()) + 1, table.reason) if table.reason else None
-            drawn = np.where(refused, np.nan, table[design.drawn])
-            parts.append(Summary(int(refused.sum()), first, drawn))
+            # A flag has no NaN.
+            missing = {n: table.refused if c.dtype == bool else c != c for n, c in table.items()}
+            write({name: np.ma.array(c, mask=missing[name]) for name, c in table.items()})
+            first = f"row {begin + int(table.refused.argmax()) + 1:,}: {table.reason}"
+            refused.append((int(table.refused.sum()), first))
             progress(end - cases.start)
-    return Summary.of(parts)
+    return refused
 
 
 @contextmanager
-def _writer(suffix: str, stream: Any, design: Design) -> Iterator[Write]:
-    """A function that writes columns by name, and which of the cases are refused."""
+def _writer(
+    suffix: str, stream: Any, design: Design
+) -> Iterator[Callable[[Mapping[str, Any]], object]]:
+    """A function that writes rows, given as masked arrays by name."""
     names = (*dict.fromkeys((*design.axes, *CONTACT)), *design.outputs)
     if suffix == ".csv":
         stream.write((",".join(names) + "\n").encode())
@@ -89,9 +75,14 @@ def _writer(suffix: str, stream: Any, design: Design) -> Iterator[Write]:
     except ImportError as error:
         if suffix == ".parquet":
             raise missing_package("Parquet", "pyarrow", "sweep", ", or name a .csv file") from error
-        yield partial(_write_plain, stream)
+        text = io.TextIOWrapper(stream, newline="", encoding="utf-8", write_through=True)
+        rows = csv.writer(text, lineterminator="\n")
+        # Flags are 0 and 1 in CSV.
+        yield lambda table: rows.writerows(
+            zip(*((c.astype(int) if c.dtype == bool else c).tolist() for c in table.values()))
+        )
+        text.detach()
         return
-    # Flags are 0 and 1 in CSV.
     flag = pyarrow.int8() if suffix == ".csv" else pyarrow.bool_()
     types = {"ball": pyarrow.string(), "law": pyarrow.int64(), **dict.fromkeys(FLAGS, flag)}
     fields = [
@@ -100,7 +91,7 @@ def _writer(suffix: str, stream: Any, design: Design) -> Iterator[Write]:
     about = {"version": VERSION, "seed": str(design.seed), "method": design.method}
     schema = pyarrow.schema(fields, about)
     if suffix == ".csv":
-        quoted = any({*name} & {*'",\r\n'} for name in design.grid.get("ball", ()))
+        quoted = any({*name} & {*'"\r\n'} for name in design.balls)
         options = WriteOptions(include_header=False, quoting_style="needed" if quoted else "none")
         writer = CSVWriter(stream, schema, write_options=options)
     else:
@@ -108,23 +99,8 @@ def _writer(suffix: str, stream: Any, design: Design) -> Iterator[Write]:
         writer = ParquetWriter(stream, schema, use_dictionary=["ball"])
     with writer:
 
-        def write(columns: Mapping[str, np.ndarray], refused: np.ndarray) -> None:
-            arrays = [
-                pyarrow.array(c, mask=refused if c.dtype == bool else c != c).cast(field.type)
-                for c, field in zip(columns.values(), schema)
-            ]
+        def write(table: Mapping[str, Any]) -> None:
+            arrays = [pyarrow.array(table[field.name]).cast(field.type) for field in schema]
             writer.write_table(pyarrow.table(arrays, schema=schema))
 
         yield write
-
-
-def _write_plain(stream: Any, columns: Mapping[str, np.ndarray], refused: np.ndarray) -> None:
-    """Lines of CSV without pyarrow: the same numbers."""
-    cells = []
-    for column in columns.values():
-        values = (column.astype(int) if column.dtype == bool else column).astype(object)
-        values[refused if column.dtype == bool else column != column] = None
-        cells.append(values.tolist())
-    lines = io.StringIO()
-    csv.writer(lines, lineterminator="\n").writerows(zip(*cells))
-    stream.write(lines.getvalue().encode())
