@@ -2,7 +2,6 @@
 
 import math
 import re
-import zipfile
 from functools import cache
 from itertools import chain
 from xml.etree import ElementTree
@@ -213,6 +212,25 @@ def test_a_changed_structure_is_another_system(ssp, tmp_path):
     assert SYSTEM.guid_of(write_archive(tmp_path / "other.ssp", files)) not in (None, SYSTEM.guid())
 
 
+def test_the_structure(ssp, drive):
+    """Connectors have the FMUs' units, bindings their start values, OMSimulator its annotation."""
+    structure = ElementTree.fromstring(unpack(ssp)["SystemStructure.ssd"])
+    for component in structure.iterfind(".//{*}Component"):
+        about = fmpy.read_model_description(str(drive[component.get("name")]))
+        variables = {v.name: v for v in about.modelVariables}
+        for connector in component.iterfind("{*}Connectors/{*}Connector"):
+            found = connector.get("kind"), connector[0].get("unit")
+            variable = variables[connector.get("name")]
+            assert found == (variable.causality, variable.unit)
+        bound = {
+            one.get("name"): float(one[0].get("value"))
+            for one in component.iterfind(".//{*}ParameterSet/{*}Parameters/{*}Parameter")
+        }
+        assert bound == DRIVE[component.get("name")]
+    assert len(structure.findall(".//{*}Connection")) == len(CONNECTIONS)
+    assert structure.find(".//{*}FixedStepMaster").get("description") == "oms-ma"
+
+
 @pytest.mark.plain
 def test_the_files_beside_the_ssp_keep_their_start_values(files, drive, fmu_path):
     beside = {file.stem: file for file in (*files[:-1], fmu_path)}
@@ -223,16 +241,6 @@ def test_the_files_beside_the_ssp_keep_their_start_values(files, drive, fmu_path
         )
         changed = {one: float(inside[one]) for one in own if own[one] != inside[one]}
         assert changed == DRIVE[name]
-
-
-def test_two_copies_in_one_process_keep_their_start_values(drive, files, instance):
-    """The FMU and its copy with other start values, made in turns, don't mix."""
-    plain = next(file for file in files if file.stem == "Launch")
-    for path, value in ((plain, 0.0), (drive["Launch"], 0.010), (plain, 0.0)):
-        slave = instance(path)
-        assert get(slave, "strike_height") == [value]
-        slave.reset()
-        assert get(slave, "strike_height") == [value]
 
 
 def test_the_drive_fits_the_swing(drive, instance):
@@ -258,48 +266,8 @@ def test_the_drive_fits_the_swing(drive, instance):
     assert cor == pytest.approx(0.801, abs=5e-4)
 
 
-@pytest.fixture
-def structure(ssp):
-    with zipfile.ZipFile(ssp) as archive:
-        return ElementTree.fromstring(archive.read("SystemStructure.ssd"))
-
-
-def test_bindings_have_the_same_start_values(structure):
-    """For tools that read them: inline parameter sets of SSP 1.0."""
-    for component in structure.iterfind(".//{*}Component"):
-        parameters = component.iterfind(
-            ".//{http://ssp-standard.org/SSP1/SystemStructureParameterValues}Parameter"
-        )
-        bound = {one.get("name"): float(one[0].get("value")) for one in parameters}
-        assert bound == DRIVE[component.get("name")]
-
-
-def test_connectors_have_the_units_of_the_fmus(structure, drive):
-    """Declared in the file; every component has a place in the picture of the system."""
-    declared = {unit.get("name") for unit in structure.iterfind("{*}Units/{*}Unit")}
-    places = []
-    for component in structure.iterfind(".//{*}Component"):
-        about = fmpy.read_model_description(str(drive[component.get("name")]))
-        variables = {v.name: v for v in about.modelVariables}
-        for connector in component.iterfind("{*}Connectors/{*}Connector"):
-            variable, kind = variables[connector.get("name")], connector[0]
-            assert kind.tag.endswith(f"}}{variable.type}")
-            assert (kind.get("unit"), connector.get("kind")) == (variable.unit, variable.causality)
-            assert kind.get("unit") in {None, *declared}
-        places.append(float(component.find("{*}ElementGeometry").get("x1")))
-    assert places == sorted(set(places))
-    assert len(places) == len(drive)
-
-
-def test_what_omsimulator_reads(structure):
-    """It aborts without its annotation in the system, which the schema has last."""
-    annotations = structure.find("{*}System")[-1]
-    assert annotations[0].get("type") == "org.openmodelica"
-    (master,) = annotations.findall(".//{*}FixedStepMaster")
-    assert (master.get("description"), float(master.get("stepSize"))) == ("oms-ma", 1e-4)
-
-
-def test_the_ball_has_landed_at_the_proposed_stop_time(ssp, structure):
+def test_the_ball_has_landed_at_the_proposed_stop_time(ssp):
+    structure = ElementTree.fromstring(unpack(ssp)["SystemStructure.ssd"])
     stop = float(structure.find("{*}DefaultExperiment").get("stopTime"))
     names = "BallFlight.landed", "BallFlight.distance", "BallFlight.carry"
     landed, distance, carry = run_in("fmpy", ssp, 0.01, stop, names).values()
