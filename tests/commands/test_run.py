@@ -139,7 +139,7 @@ def test_narrow_figures():
 
 #: The scenario in their README.
 README = (scripts.FOLDER / "README.md").read_text("utf-8")
-MINE = re.search(r"```python\n(.*?)```", README, re.DOTALL)[1]
+MINE = re.search(r"```python mine.py\n(.*?)```", README, re.DOTALL)[1]
 
 
 @pytest.mark.parametrize("alone", [False, pytest.param(True, marks=pytest.mark.ci)])
