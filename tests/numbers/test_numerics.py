@@ -72,16 +72,25 @@ def test_equations_without_numbers_are_refused(slope):
 
 
 def test_steps_of_order_5_and_between_their_ends():
-    """An oscillation for 10 s; a step that would leave the slopes' domain is tried again."""
+    """An oscillation to its tenth second; a step that leaves the domain is tried again."""
 
-    def slopes(t, motion):
-        return motion[1], -motion[0] + 0.0 * math.sqrt(11.0 - t)
+    def slopes(y):
+        return y[1], -y[0] + 0.0 * math.sqrt(11.0 - y[2]), 1.0
 
-    t, size, values, errors = 0.0, 100.0, (0.0, 1.0), []
-    while t < 10.0:
-        step, size = runge_kutta.next_step(slopes, t, size, values, lambda _: (1e-12, 1e-12))
-        errors += [abs(step.at(t)[0] - math.sin(t)) for t in np.linspace(t, step.end, 4)]
-        t, values = step.end, step.after
+    def allowed(y):
+        return 1e-12, 1e-12, 1e-12
+
+    start = (0.0, 1.0, 0.0)
+    solution = runge_kutta.Solution(
+        slopes, start, 100.0, allowed, lambda y: 10.0 - y[2], lambda y: -1.0
+    )
+    assert not solution.covers(20.0)
+    assert solution.has_ended
+    assert solution.end == pytest.approx(10.0, rel=1e-14)
+    errors = [abs(solution.at(t)[0] - math.sin(t)) for t in np.linspace(0.0, 9.99, 100)]
     assert 1e-14 < max(errors) < 1e-10
-    with pytest.raises(ArithmeticError):
-        runge_kutta.next_step(lambda t, y: [math.inf], 0.0, 1.0, [0.0], lambda _: [1e-12])
+    nowhere = runge_kutta.Solution(
+        lambda y: [math.inf], [0.0], 1.0, lambda y: [1e-12], lambda y: 1.0, lambda y: 0.0
+    )
+    with pytest.raises(ArithmeticError, match="no numbers after t = 0"):
+        nowhere.covers(1.0)

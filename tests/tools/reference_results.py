@@ -37,7 +37,9 @@ def reference_results():
         exact, rows = Reference(values, [(times[n], {"k": k}) for n, k in changes.items()]), []
         for time in times:
             outputs = exact.outputs(time)
-            rows.append([time, *(float(outputs[name]) for name in OUTPUTS)])
+            # Below 1e-60 they are rounding errors of 80 digits.
+            numbers = (float(outputs[name]) for name in OUTPUTS)
+            rows.append([time, *(0.0 if abs(x) < 1e-60 else x for x in numbers)])
         name = f"ClubBallImpact_{case}"
         files[f"{name}_ref.csv"] = table(["time", *OUTPUTS], *rows)
         options = (("StartTime", 0.0), ("StopTime", times[-1]), ("StepSize", times[1]))
