@@ -105,7 +105,7 @@ def test_a_program(program, fmu_path, ssp, tmp_path):
 def command_lines():
     """Those of golf-impact, in blocks and in sentences."""
     for document in DOCUMENTS:
-        text = document.read_text("utf-8").replace("\\\n", " ")
+        text = re.sub(r"\\\n *", " ", document.read_text("utf-8"))
         blocks = re.findall(r"(?m)^(?:.*\bin/)?golf-impact (\w.*?)(?: {3,}.*)?$", text)
         for line in {*blocks, *re.findall(r"`(?:\.venv/bin/)?golf-impact (\w[^`]*)`", text)}:
             if not line.startswith("COMMAND"):
