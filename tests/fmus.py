@@ -4,7 +4,6 @@ What an instance of fmpy lacks is here: calls by the names of variables, and its
 of tests use it, too, without golf_impact.
 """
 
-from binascii import crc32
 from functools import cache
 
 import fmpy
@@ -142,11 +141,3 @@ def discard(*slaves):
     for slave in slaves:
         slave.terminate()
         slave.freeInstance()
-
-
-# States that no FMU has made
-
-
-def with_checksum(body):
-    """A state from its JSON without the end."""
-    return body + f", {crc32(body)}]".encode()

@@ -5,6 +5,7 @@ import random
 
 import numpy as np
 from cases import DEFAULTS, Case
+from compare import to_15_digits
 
 from golf_impact.evidence.random_impacts import (
     contact_time_of_law_2,
@@ -138,3 +139,14 @@ def beside(rng, value):
     elif kind == 2:
         value *= 1.0 + rng.choice((1.0, -1.0)) * 10.0 ** rng.uniform(-15, -3)
     return value
+
+
+def history(way, number):
+    """All outputs of a way at random steps, with changed inputs, and what it refuses."""
+    rng, found = random.Random(number), []
+    way.begin(whole(number, pushed=0.3), start=rng.choice([0.0, rng.uniform(-5.0, 5.0)]))
+    for _ in range(rng.randint(1, 12)):
+        if rng.random() < 0.3:
+            way.set(k=10.0 ** rng.uniform(4, 8), b=10.0 ** rng.uniform(-1, 3))
+        found += [way.step(10.0 ** rng.uniform(-6, -3)), way.read()]
+    return [*found, *map(to_15_digits, way.messages)]

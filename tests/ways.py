@@ -6,7 +6,6 @@ impact, or of rows), and the page.
 """
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack, closing, suppress
 from dataclasses import replace
 from functools import cache
@@ -18,7 +17,6 @@ import numpy as np
 import pytest
 from components import put
 from fmpy.fmi1 import FMICallException
-from fmus import make_instance
 from golf_physics.component.component import Component
 from golf_physics.variables import BY_NAME, VARIABLES
 
@@ -35,21 +33,21 @@ class Stepped:
     """An instance with its clock, for any number of runs.
 
     Attributes:
+        model: the name of what it is an instance of.
+        outputs: all of them.
+        start: values of inputs and parameters.
         time: the host's, s.
         messages: the sentences by which it has refused something in this run.
     """
 
-    time: float
-    messages: list[str]
-
-    def begin(self, values: Mapping[str, float] = {}, start: float = 0.0) -> "Stepped":
+    def begin(self, values=None, start=0.0):
         """A new run from a time (s) on; bad values are messages."""
         self.messages.clear()
         self.time = start
-        self._begin(values, start)
+        self._begin(values or {}, start)
         return self
 
-    def step(self, size: float, point: float | None = None) -> bool:
+    def step(self, size, point=None):
         """A step of `size` s, from the present time unless a point is given; if it's accepted."""
         point = self.time if point is None else point
         accepted = self._step(point, size)
@@ -57,20 +55,18 @@ class Stepped:
             self.time = point + size
         return accepted
 
-    def read(self, names: Iterable[str] = (*REALS, *FLAGS)) -> dict[str, float]:
+    def read(self, names=None):
         """Outputs by name, by default all."""
-        names = list(names)
-        reals = [name for name in names if name not in FLAGS]
+        names = list(names or self.outputs)
+        reals = [name for name in names if name not in self.flags]
         found = dict(zip(reals, self._reals(reals), strict=True)) if reals else {}
-        return found | {name: self._flag(name) for name in names if name in FLAGS}
+        return found | {name: self._flag(name) for name in names if name in self.flags}
 
-    def __getitem__(self, name: str) -> float:
+    def __getitem__(self, name):
         """An output."""
         return self.read([name])[name]
 
-    def path(
-        self, values: Mapping[str, float], steps: Iterable[tuple[float, Mapping[str, float]]]
-    ) -> list[dict[str, float]]:
+    def path(self, values, steps):
         """All outputs after each step (s), with the inputs that are set before it."""
         self.begin(values)
         found = []
@@ -82,41 +78,44 @@ class Stepped:
 
 
 class InProcess(Stepped):
-    """golf_physics in this process."""
+    """golf_physics in this process; of another `kind` of component if given."""
 
-    def __init__(self, kind: type[Component] = Component) -> None:
+    model, outputs, flags = "ClubBallImpact", (*REALS, *FLAGS), FLAGS
+
+    def __init__(self, kind=Component):
         self.messages = []
         self.component = kind(lambda refusal: self.messages.append(str(refusal)))
+        self.start = {row.name: row.start for row in VARIABLES if row.start is not None}
         self._initial = self.component.snapshot()
 
-    def _begin(self, values: Mapping[str, float], start: float) -> None:
+    def _begin(self, values, start):
         self.component.restore(self._initial)
         self.component.set_up(start)
         self.component.enter_initialization()
         self.set(**values)
         self.component.exit_initialization()
 
-    def set(self, **values: float) -> None:
+    def set(self, **values):
         put(self.component, **values)
 
-    def _step(self, point: float, size: float) -> bool:
+    def _step(self, point, size):
         return self.component.step(point, size)
 
-    def _reals(self, names: Sequence[str]) -> list[float]:
+    def _reals(self, names):
         found = self.component.reals([BY_NAME[name].reference for name in names])
         return found[: len(names)]
 
-    def _flag(self, name: str) -> bool:
+    def _flag(self, name):
         return bool(self.component.discretes([BY_NAME[name].reference], "Boolean")[0])
 
-    def save(self, as_bytes: bool = False) -> tuple:
+    def save(self, as_bytes=False):
         """The state, through bytes if asked for."""
         state = self.component.snapshot()
         if as_bytes:
             state = Component.unpacked(Component.packed(state))
         return state, self.time
 
-    def restore(self, saved: tuple) -> None:
+    def restore(self, saved):
         state, self.time = saved
         self.component.restore(state)
 
@@ -124,26 +123,34 @@ class InProcess(Stepped):
 class InFmu(Stepped):
     """An FMU by fmpy, of either version of FMI, in Python or native."""
 
-    def __init__(self, folder: str) -> None:
-        self.slave = make_instance(folder, loggingOn=True)
+    def __init__(self, folder):
+        self.slave = fmus.make_instance(folder, loggingOn=True)
         self.messages = self.slave.messages
+        self.model, variables = self.slave.description.modelName, self.slave.variables
+        self.outputs = [v.name for v in variables.values() if v.causality == "output"]
+        self.flags = [name for name in self.outputs if variables[name].type == "Boolean"]
+        self.start = {
+            name: (float if self.slave.types[name] == self.slave.real else int)(v.start)
+            for name, v in variables.items()
+            if v.causality in ("input", "parameter") and v.type != "Boolean"
+        }
         self._initial = fmus.call_state(self.slave, "get")
 
-    def close(self) -> None:
+    def close(self):
         fmus.call_state(self.slave, "free", self._initial)
         self.slave.freeInstance()
 
-    def _begin(self, values: Mapping[str, float], start: float) -> None:
+    def _begin(self, values, start):
         fmus.call_state(self.slave, "set", self._initial)
         fmus.initialize(self.slave, start, **values)
         # The native FMU returns Error for values that don't fit together.
         with suppress(FMICallException):
             self.slave.exitInitializationMode()
 
-    def set(self, **values: float) -> None:
+    def set(self, **values):
         fmus.put(self.slave, **values)
 
-    def _step(self, point: float, size: float) -> bool:
+    def _step(self, point, size):
         try:
             self.slave.doStep(point, size)
         except FMICallException:
@@ -151,22 +158,19 @@ class InFmu(Stepped):
             return False
         return True
 
-    def _reals(self, names: Sequence[str]) -> list[float]:
+    def _reals(self, names):
         return fmus.get(self.slave, *names)
 
-    def _flag(self, name: str) -> bool:
+    def _flag(self, name):
         return fmus.is_set(self.slave, name)
 
-    def save(self, as_bytes: bool = False) -> tuple:
+    def save(self, as_bytes=False):
         """The state, through bytes if asked for."""
-        state = fmus.call_state(self.slave, "get")
         if as_bytes:
-            data = fmus.call_state(self.slave, "serialize", state)
-            fmus.call_state(self.slave, "free", state)
-            state = fmus.call_state(self.slave, "deserialize", data)
-        return state, self.time
+            return fmus.call_state(self.slave, "deserialize", fmus.packed(self.slave)), self.time
+        return fmus.call_state(self.slave, "get"), self.time
 
-    def restore(self, saved: tuple) -> None:
+    def restore(self, saved):
         state, self.time = saved
         fmus.call_state(self.slave, "set", state)
 
@@ -174,10 +178,10 @@ class InFmu(Stepped):
 class Alone:
     """`golf_impact.run_impact`, or `golf_impact.Impact`, which has the same arguments."""
 
-    def __init__(self, function: Callable = golf_impact.run_impact) -> None:
+    def __init__(self, function=golf_impact.run_impact):
         self.function = function
 
-    def outputs(self, cases: Iterable[Mapping[str, float]]) -> list[dict[str, float] | str]:
+    def outputs(self, cases):
         """Of each case the metrics, NaN where there is none, or why it is refused."""
         found = []
         for values in cases:
@@ -191,12 +195,11 @@ class Alone:
 class Rows:
     """`golf_impact.run_impacts`, of all cases in one call."""
 
-    def outputs(self, cases: Iterable[Mapping[str, float]]) -> list[dict[str, float] | str]:
+    def outputs(self, cases):
         """See `Alone`; the sentence is known of the first refused case, "" of others."""
         cases = list(cases)
-        names = {name for values in cases for name in values}
-        default = {name: BY_NAME[name].start for name in names}
-        columns = {name: np.array([(default | v)[name] for v in cases]) for name in names}
+        default = {name: BY_NAME[name].start for values in cases for name in values}
+        columns = {name: np.array([(default | v)[name] for v in cases]) for name in default}
         found = golf_impact.run_impacts(**columns)
         rows = (dict(zip(found, map(float, row))) for row in zip(*found.values()))
         sentences = chain([found.reason], repeat(""))
@@ -206,10 +209,10 @@ class Rows:
 class Page:
     """The WebAssembly of `golf-impact explore`, of all cases in one run of node."""
 
-    def __init__(self, folder) -> None:
+    def __init__(self, folder):
         self.folder = folder
 
-    def outputs(self, cases: Iterable[Mapping[str, float]]) -> list[dict[str, float] | str]:
+    def outputs(self, cases):
         """See `Alone`."""
         from page.tab import by_wasm
 
@@ -230,22 +233,30 @@ STEPPED = ("in process", *FMUS)
 WHOLE = ("Impact", "engine", "engine, rows", "page")
 
 
+def fmu_file(once, name):
+    """An FMU of the list, built once."""
+    builder = FMUS[name]
+    return once(f"{builder.name}.fmu", builder.digest(), builder.build, "here")
+
+
+@pytest.fixture
+def fmu(request, way_of):
+    """The FMU for FMI 2.0: in Python, or native with --native."""
+    return way_of("native, FMI 2.0" if request.config.getoption("--native") else "FMI 2.0")
+
+
 @pytest.fixture(scope="session")
 def way_of(once, system_files, tmp_path_factory):
     """A function that makes the way of a name, once; FMUs skip where they can't be built."""
-
-    def extracted(path):
-        return fmpy.extract(str(path), str(tmp_path_factory.mktemp("way")))
-
     with ExitStack() as stack:
 
         @cache
         def way_of(name):
-            if name in FMUS:
-                return stack.enter_context(closing(InFmu(extracted(fmu_file(once, name)))))
-            if name in COMPANIONS:
-                (path,) = (file for file in system_files() if file.stem == name)
-                return stack.enter_context(closing(InFmu(extracted(path))))
+            if name in FMUS or name in COMPANIONS:
+                paths = {path.stem: path for path in system_files()} if name in COMPANIONS else {}
+                path = paths.get(name) or fmu_file(once, name)
+                folder = fmpy.extract(str(path), str(tmp_path_factory.mktemp("way")))
+                return stack.enter_context(closing(InFmu(folder)))
             if name == "Impact":
                 return Alone(stack.enter_context(golf_impact.Impact(fmu_file(once, "FMI 2.0"))))
             if name == "page":
@@ -255,44 +266,23 @@ def way_of(once, system_files, tmp_path_factory):
         yield way_of
 
 
-def _each(names: Iterable[str]) -> Callable:
-    """A fixture of each of these ways; with --native the native FMUs alone."""
-    marks = {name: [] if "native" in name else [pytest.mark.plain] for name in names}
-    params = [pytest.param(name, id=name, marks=marks[name]) for name in names]
-    return pytest.fixture(params=params, scope="session")
+def marked(names):
+    """Values for `parametrize`: with --native the native FMUs alone."""
+    return [
+        pytest.param(name, id=name, marks=[] if "native" in name else [pytest.mark.plain])
+        for name in names
+    ]
 
 
-@pytest.fixture
-def fmu(request, way_of):
-    """The FMU for FMI 2.0: in Python, or native with --native."""
-    return way_of("native, FMI 2.0" if request.config.getoption("--native") else "FMI 2.0")
+def _each(names):
+    """A fixture of each of these ways."""
+
+    @pytest.fixture(params=marked(names), scope="session")
+    def way(request, way_of):
+        return way_of(request.param)
+
+    return way
 
 
-@_each(STEPPED)
-def stepped_way(request, way_of):
-    """A way that can be stepped."""
-    return way_of(request.param)
-
-
-@_each(FMUS)
-def fmu_way(request, way_of):
-    """An FMU."""
-    return way_of(request.param)
-
-
-@_each([*FMUS, *COMPANIONS])
-def any_fmu(request, way_of):
-    """An FMU, those of the companions as well: of these no output is read by default."""
-    return way_of(request.param)
-
-
-@_each(WHOLE)
-def whole_way(request, way_of):
-    """A way of whole impacts."""
-    return way_of(request.param)
-
-
-def fmu_file(once, name):
-    """An FMU of the list, built once."""
-    builder = FMUS[name]
-    return once(f"{builder.name}.fmu", builder.digest(), builder.build, "here")
+stepped_way, fmu_way, whole_way = _each(STEPPED), _each(FMUS), _each(WHOLE)
+any_fmu, any_stepped = _each([*FMUS, *COMPANIONS]), _each([*STEPPED, *COMPANIONS])

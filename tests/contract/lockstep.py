@@ -479,7 +479,11 @@ class Session:
                 fresh.play("save", "jump")
                 fresh.play("restore", "jump")
             assert fresh.play("step", point, size)[0] == OK
+        # Until the next step outputs belong to the last one.
+        before = fresh.play("read")[1] if r.mode == STEPPING and r.steps else {}
         put(r.values)
+        now = fresh.play("read")[1] if before else {}
+        assert not differing({n: v for n, v in now.items() if n not in r.values}, before), before
         if r.mode == START_REFUSED:
             fresh.play("leave")
         elif r.mode == TERMINATED:

@@ -274,7 +274,7 @@ def test_random_impacts_under_sanitizers(sanitized):
     code = """
 import sys
 sys.path.append(sys.argv[2])
-from test_bits import history
+from random_cases import history
 from ways import InFmu, InProcess
 fmu, physics = InFmu(sys.argv[1]), InProcess()
 for number in range(300):

@@ -1,0 +1,228 @@
+"""Messages: what a user sees of a refusal, numbers, categories; Ctrl-C in a Python that is host."""
+
+import ctypes
+import math
+import random
+from contextlib import suppress
+from pathlib import Path
+
+import fmpy
+import fmus
+import pytest
+from command import run_python
+from conftest import HERE, repeated
+from fmpy.fmi1 import FMICallException
+
+
+@pytest.mark.parametrize("name", ["FMI 2.0", "native, FMI 3.0", "native, FMI 2.0", "BallFlight"])
+def test_a_refused_start_value_is_seen(way_of, capfd, name):
+    """In simulate_fmu by default, and by the logger alone with logging on; nothing otherwise."""
+    folder = way_of(name).slave.unzipDirectory
+    variable = "m_ball" if name == "BallFlight" else "k"
+
+    def simulate(value, **options):
+        given = {"start_values": {variable: value}, "stop_time": 0.01, "step_size": 1e-3}
+        with suppress(FMICallException):
+            fmpy.simulate_fmu(folder, **given, **options)
+        return capfd.readouterr()
+
+    seen, first = simulate(-1.5), f"{variable} = -1.5 "
+    (sentence,) = (s for s in "".join(seen).splitlines() if first in s and "steps are" not in s)
+    assert "is refused: it must be" in sentence
+    # By the host's logger, or, without one, once, though every step is refused for it.
+    assert seen.err == ("" if "native" in name else f"{sentence}\n")
+    logged = simulate(-1.5, debug_logging=True)
+    assert first in logged.out
+    assert logged.err == ""
+    assert "".join(simulate(0.4)) == ""
+
+
+@pytest.mark.plain
+@pytest.mark.parametrize(("name", "variable"), [("FMI 2.0", "k"), ("BallFlight", "wind_speed")])
+def test_each_refusal_is_written_once(way_of, capfd, name, variable):
+    """At each communication point."""
+    slave = fmus.begin(fmus.make_instance(way_of(name).slave.unzipDirectory))
+    (good,) = fmus.get(slave, variable)
+    for point in (0.0, 1e-3):
+        for _ in range(3):
+            fmus.put(slave, **{variable: -1e300})
+            assert fmus.step_status(slave, point, 1e-3) == 2
+        fmus.put(slave, **{variable: good})
+        slave.doStep(point, 1e-3)
+        assert capfd.readouterr().err.count("\n") == 1
+    fmus.discard(slave)
+
+
+def test_a_host_without_stderr(fmu_path):
+    """None, or closed: it is no reason to fail."""
+    code = f"""{_INSTANCE}
+for stderr in None, open(os.devnull, "w"):
+    sys.stderr = stderr
+    if stderr:
+        stderr.close()
+    slave = begin(make_instance(folder), k=-1.0)
+    assert step_status(slave, 0.0, 1e-3) == 2
+    discard(slave)
+print("done")
+"""
+    assert run_python(code, fmu_path, HERE).stdout == "done\n"
+
+
+def test_numbers_in_sentences(way_of):
+    """As C prints them, without the C library: 15 digits where they read back equal, or 17."""
+    way, numbers = way_of("native, FMI 2.0").begin(), random.Random(35)
+    values = [1e22, 123456.5, 0.1 + 0.2, 1e15, 1e-4, 1e-5, 9.5, 3.0, math.inf, 2.0**70, 5e-324]
+    values += [1.7976931348623157e308, 2.2250738585072014e-308, 2.0**-1022, 1e-310]
+    for _ in range(20):
+        one = numbers.choice((1.0, 1.0 + 2.0**-52))
+        values.append(one * 10.0 ** numbers.randint(16, 300))
+    for value in values:
+        way.messages.clear()
+        way.set(k=-value)
+        text = f"{-value:.15g}"
+        text = text if float(text) == -value else f"{-value:.17g}"
+        assert way.messages[0].startswith(f"k = {text} N/m is refused"), way.messages
+
+
+def test_what_an_instantiation_refuses(way_of):
+    slave, messages = way_of("native, FMI 2.0").slave, []
+    guid, callbacks = slave.guid.encode(), fmus.logging_to(lambda *words: messages.append(words))
+
+    def instantiate(kind, guid):
+        messages.clear()
+        return slave.fmi2Instantiate(b"two", kind, guid, b"", ctypes.byref(callbacks), 0, 0)
+
+    for kind, given, why in (
+        (1, b"wrong", f"GUID or token = wrong is refused: this FMU has {slave.guid}"),
+        # A host takes the sentence for a format.
+        (1, b"100%s", f"GUID or token = 100%%s is refused: this FMU has {slave.guid}"),
+        (1, b"", "is refused"),
+        (1, None, "GUID or token = NULL is refused"),
+        (7, guid, "this interface is refused: this FMU has co-simulation and Model Exchange"),
+    ):
+        assert instantiate(kind, given) is None
+        ((status, text),) = messages
+        assert status == 3
+        assert why in text
+    made = instantiate(1, guid)
+    assert made
+    assert messages == []
+    with pytest.raises(FMICallException, match="error"):
+        slave.fmi2SetFMUstate(made, None)
+    slave.fmi2FreeInstance(made)
+    with pytest.raises(Exception, match="instantiate"):
+        fmpy.fmi3.FMU3Slave(
+            guid="wrong", unzipDirectory=way_of("native, FMI 3.0").slave.unzipDirectory,
+            modelIdentifier="ClubBallImpact", instanceName="one",
+        ).instantiate()  # fmt: skip
+
+
+_DISCARD, _ERROR = (2, b"logStatusDiscard"), (3, b"logStatusError")
+
+
+@pytest.mark.parametrize(
+    ("kind", "categories", "sent"),
+    [
+        ("FMI 2.0", [], [_DISCARD, _ERROR]),
+        ("FMI 2.0", [b"logStatusDiscard"], [_DISCARD]),
+        ("FMI 2.0", [b"logStatusError"], [_ERROR]),
+        # In native FMUs errors are always sent.
+        ("native, FMI 2.0", [], [_DISCARD, _ERROR]),
+        ("native, FMI 2.0", [b"logStatusDiscard"], [_DISCARD, _ERROR]),
+        ("native, FMI 2.0", [b"logAll"], [_DISCARD, _ERROR]),
+        ("native, FMI 2.0", [b"logStatusError"], [_ERROR]),
+        ("native, FMI 2.0", [b"unknown"], [_ERROR]),
+        ("native, FMI 2.0", None, [_DISCARD, _ERROR]),
+    ],
+)
+def test_categories_of_messages(way_of, kind, categories, sent):
+    """Of the messages on a discarded step and a value, with these switched on; None: none."""
+    slave, seen = way_of(kind).slave, []
+    callbacks = fmus.defaultCallbacks.__class__.from_buffer_copy(fmus.defaultCallbacks)
+    callbacks.logger = fmus.fmi2CallbackLoggerTYPE(lambda *words: seen.append(words[2:4]))
+    resources = Path(slave.unzipDirectory, "resources").as_uri().encode()
+    guid, names = slave.guid.encode(), categories or []
+    two = slave.fmi2Instantiate(b"two", 1, guid, resources, ctypes.byref(callbacks), 0, 1)
+    slave.fmi2SetupExperiment(two, 0, 0.0, 0.0, 0, 0.0)
+    slave.fmi2EnterInitializationMode(two)
+    slave.fmi2ExitInitializationMode(two)
+    on, array = categories is not None, (ctypes.c_char_p * len(names))(*names)
+    slave.fmi2SetDebugLogging(two, on, len(names), array)
+    with suppress(FMICallException):
+        slave.fmi2DoStep(two, 0.0, -1.0, 1)
+    reference, value = ctypes.c_uint32(0), ctypes.c_double(-1.0)
+    slave.fmi2SetReal(two, ctypes.byref(reference), 1, ctypes.byref(value))
+    assert seen == sent
+    slave.fmi2FreeInstance(two)
+
+
+# Signals: of hosts that are a Python, in processes of their own
+
+_INSTANCE = """
+import collections, ctypes, os, random, signal, sys, threading, time
+sys.path.insert(0, sys.argv[2])
+from fmpy import extract
+from fmus import begin, discard, make_instance, step_status
+folder = extract(sys.argv[1])
+"""
+
+_HANDLERS = """
+def made():
+    slaves.append(begin(make_instance(folder)))
+
+slaves = []
+# Another thread can't set a handler, and needs none.
+thread = threading.Thread(target=made)
+thread.start()
+thread.join()
+assert len(slaves) == 1
+signal.signal(signal.SIGINT, print)
+made()
+assert signal.getsignal(signal.SIGINT) is print
+discard(*slaves)
+print("done")
+"""
+
+_INTERRUPTED = """
+# A process in the background ignores Ctrl-C.
+signal.signal(signal.SIGINT, signal.default_int_handler)
+times, ready = int(sys.argv[3]), threading.Event()
+
+def interrupt():
+    waiting = random.Random(1)
+    while True:
+        ready.wait()
+        time.sleep(waiting.uniform(0.002, 0.006))
+        ready.clear()
+        os.kill(os.getpid(), signal.SIGINT)
+
+sys.setswitchinterval(1e-4)
+threading.Thread(target=interrupt, daemon=True).start()
+seen = collections.Counter()
+for _ in range(times):
+    slave = begin(make_instance(folder))
+    try:
+        ready.set()
+        n = 0
+        while True:
+            slave.doStep(n * 1e-9, 1e-9)
+            slave.getReal(slave.reals)
+            n += 1
+    except BaseException as error:
+        seen[type(error).__name__] += 1
+    discard(slave)
+print(dict(seen))
+"""
+
+
+def test_a_hosts_own_handler_stays(fmu_path):
+    """Also where the first instance is made in another thread."""
+    assert run_python(_INSTANCE + _HANDLERS, fmu_path, HERE).stdout == "done\n"
+
+
+@pytest.mark.parametrize("name", ["ClubBallImpact", "Swing"])
+@pytest.mark.parametrize("times", repeated(10, 60, 300))
+def test_ctrl_c_is_a_keyboard_interrupt(fmu_path, system_files, name, times):
+    file = fmu_path if name == "ClubBallImpact" else system_files()[0]
+    done = run_python(_INSTANCE + _INTERRUPTED, file, HERE, times)
+    assert done.stdout == f"{{'KeyboardInterrupt': {times}}}\n", done.stderr[-2000:]
