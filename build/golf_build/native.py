@@ -11,6 +11,7 @@ import importlib.resources
 import importlib.util
 import os
 import platform
+import re
 import shutil
 import struct
 import subprocess
@@ -141,9 +142,10 @@ class NativeBuilder(Builder):
         return hashlib.sha256(self._describe("") + files).hexdigest()
 
     def files(self) -> dict[str, bytes]:
-        """The FMU's files by name; UserError if there is no compiler, or it fails."""
+        """The FMU's files by name; UserError if there is no compiler, or C lacks an output."""
         fmi, model, token = self.fmi, self.model, self.guid()
         targets, sources = _targets(fmi, self.here), self._sources(token)
+        _check_outputs(sources["outputs.c"].decode())
         made = {f"sources/{name}": data for name, data in sources.items()}
         made["modelDescription.xml"] = self._describe(token)
         if fmi == 3:
@@ -206,6 +208,14 @@ def _comment(source: bytes) -> bytes:
     at = source.index(b"Redistribution and use")
     text = source[source.rindex(b"/*", 0, at) + 2 : source.index(b"*/", at)]
     return b"FMI's headers, in sources:\n" + text
+
+
+def _check_outputs(code: str) -> None:
+    """UserError with the name of an output for which C has no case: it would be NaN."""
+    for row in tables.VARIABLES:
+        if row.start is None and not re.search(rf"\bVR_{row.name}\b", code):
+            where = "fmu_src/native/outputs.c doesn't compute"
+            raise UserError(f"--native: variables.py has the output {row.name}, which {where}")
 
 
 # Compilers

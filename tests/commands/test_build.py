@@ -64,7 +64,7 @@ def test_an_output_without_a_function(tmp_path):
         '    "momentum": ', '    "double_energy": _kinetic_energy,\n    "momentum": '
     )
     functions.write_text(added, "utf-8")
-    assert "output_double_energy" in run(*build, "--native", env=env, code=2).stderr
+    assert "the output double_energy, which" in run(*build, "--native", env=env, code=2).stderr
     assert not (tmp_path / "x.fmu").exists()
     run(*build, env=env)
 

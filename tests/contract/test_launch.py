@@ -150,7 +150,7 @@ def random_case(seed):
         "m_ball": random.uniform(0.04, 0.05),
         "ball_diameter": 0.04267,
         "club_speed": random.uniform(10.0, 55.0),
-        "spin_loft": random.uniform(-0.2, 1.1),
+        "spin_loft": random.uniform(-0.15, 1.1),
         "attack_angle": random.uniform(-0.15, 0.1),
         "coefficient_of_restitution": random.uniform(0.02, 0.98),
         "friction": 10.0 ** random.uniform(-2.0, 1.0),
