@@ -1,32 +1,24 @@
 """What FMI requires of a file beside its behaviour: descriptions, terminals, references."""
 
-import math
 import os
 import re
+import shutil
 import sys
 import zipfile
 from pathlib import Path
-from xml.etree import ElementTree
 
 import fmpy
 import pytest
-from command import run
-from conftest import FILES, holds_c
+from command import ROOT, run
+from conftest import FILES, HERE, holds_c
 from fmpy.validation import validate_fmu
-from golf_physics.variables import (
-    CO_SIMULATION_ONLY,
-    DERIVATIVES,
-    INDICATORS,
-    LAWS,
-    MORE_VARIABLES,
-    STATES,
-    VARIABLES,
-)
 from html5 import elements
 from lxml import etree
 from reference_results import FOLDER, reference_results
+from ways import FMUS, fmu_file, marked
 
-from golf_build.native_header import NATIVE_LAWS
+import golf_impact
+from golf_build.system import COMPANIONS
 from golf_impact.fmu.file import run_here
 
 
@@ -94,99 +86,61 @@ def test_our_modules_need_the_standard_library_alone(fmu, content):
     assert imported <= {*sys.stdlib_module_names, *modules, "pythonfmu"}
 
 
-def test_the_description_is_the_table(fmu, content):
-    """In FMI 3.0 sources need a buildDescription.xml."""
-    about, fmi3 = fmpy.read_model_description(str(fmu)), "fmi3" in fmu.name
-    assert ("sources/all.c" in content) == holds_c(fmu)
-    assert ("sources/buildDescription.xml" in content) == (holds_c(fmu) and fmi3)
-    assert (about.fmiVersion, about.modelName) == ("3.0" if fmi3 else "2.0", "ClubBallImpact")
-    assert about.generationTool.startswith("golf-impact " if holds_c(fmu) else "PythonFMU")
-    assert about.defaultExperiment.stopTime == "0.001"
-    table = VARIABLES + MORE_VARIABLES[not fmi3 :] * holds_c(fmu)
-    # libcosim and ecos omit an Enumeration of FMI 2.0; they support an Integer.
-    types = {"Real": "Float64"} if fmi3 else {"Enumeration": "Integer"}
-    assert [v.name for v in about.modelVariables] == [row.name for row in table]
-    for variable, row in zip(about.modelVariables, table, strict=True):
-        kind = types.get(row.type, row.type)
-        assert (variable.type, variable.causality) == (kind, row.causality)
-        assert (variable.unit or "") == row.unit
-        assert variable.description.startswith(row.description)
-        noted = "NaN in Model Exchange" in variable.description
-        assert noted == (holds_c(fmu) and row.name in CO_SIMULATION_ONLY)
-        if row.type == "Real" and row.causality != "independent":
-            # An order of magnitude: two digits.
-            assert 0.0 < float(variable.nominal) == float(f"{row.nominal:.2g}")
-        assert row.start is None or float(variable.start) == row.start
-    named = {v.name: v for v in about.modelVariables}
-    lowest = [float(named[name].min) for name in ("k", "m_club", "reference_compression")]
-    assert lowest == [1e-3, 1e-6, 1e-9]
-    assert (named["b"].min, named["restitution_at_rest"].max) == ("0.0", "1.0")
-    discrete = {v.name for v in about.modelVariables if v.variability == "discrete" and v.unit}
-    assert discrete == {"touch_time"}
-    units = {unit.name: {d.name for d in unit.displayUnits} for unit in about.unitDefinitions}
-    assert {"mph", "km/h"} <= units["m/s"]
-    assert about.coSimulation.canHandleVariableCommunicationStepSize
-    for interface in filter(None, (about.coSimulation, about.modelExchange)):
-        assert interface.canGetAndSetFMUstate
-        assert interface.canSerializeFMUstate
-    if not fmi3:
-        unknowns = {unknown.variable.name: unknown for unknown in about.initialUnknowns}
-        outputs = {row.name for row in VARIABLES if row.causality == "output"}
-        assert {*unknowns} == outputs | {*DERIVATIVES} if holds_c(fmu) else outputs
-        # The club speed follows from it in a swing: OMSimulator would find an algebraic loop.
-        assert unknowns["impulse"].dependencies == []
-        # In co-simulation alone there is no direct feedthrough.
-        through = [unknown for unknown in about.outputs if unknown.dependencies]
-        assert bool(through) == holds_c(fmu)
+# Descriptions and lists of files, as they are stored
+
+DESCRIPTIONS = ("modelDescription.xml", "terminalsAndIcons.xml", "SystemStructure.ssd")
 
 
-def test_what_model_exchange_describes(fmu, content):
-    about, fmi3 = fmpy.read_model_description(str(fmu)), "fmi3" in fmu.name
-    assert (about.modelExchange is not None) == holds_c(fmu)
-    if not holds_c(fmu):
-        return
-    # Of Model Exchange alone.
-    assert content["modelDescription.xml"].count(b"providesDirectionalDerivative") == 1
-    derivatives = [unknown.variable for unknown in about.derivatives]
-    assert tuple(v.name for v in derivatives) == DERIVATIVES
-    assert tuple(v.derivative.name for v in derivatives) == STATES
-    if fmi3:
-        assert tuple(unknown.variable.name for unknown in about.eventIndicators) == INDICATORS
-    else:
-        assert about.numberOfEventIndicators == len(INDICATORS)
+def archive_of(name, once, system_files, folder):
+    if name in FMUS:
+        return fmu_file(once, name)
+    if name == "wheel":
+        pytest.importorskip("pip", reason="pip isn't installed")
+        build = "pip", "wheel", "-q", "--no-deps", "--wheel-dir", folder, ROOT
+        run(sys.executable, "-m", *build, timeout=300)
+        return next(folder.glob("*.whl"))
+    return next(path for path in system_files() if path.stem == name)
 
 
-def test_what_only_fmi_3_describes(fmu):
-    about = fmpy.read_model_description(str(fmu))
-    fmi3 = "fmi3" in fmu.name
-    if not fmi3:
-        return
-    (law,) = about.typeDefinitions
-    assert law.type == "Enumeration"
-    assert {int(item.value): item.name for item in law.items} == {
-        n: LAWS[n][0] for n in NATIVE_LAWS
-    }
-    assert about.coSimulation.hasEventMode
-    assert about.coSimulation.mightReturnEarlyFromDoStep
+def stable(text):
+    """Without what changes with every build or release."""
+    text = re.sub(r"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}", "…", text)
+    text = re.sub(r"_[0-9a-f]{16}\b", "_…", text)
+    return re.sub(rf"\b{re.escape(golf_impact.__version__)}\b", "…", text)
 
 
-def test_terminals_and_icon(fmu, content):
-    folder = "terminalsAndIcons/"
-    icons = {name for name in content if name.startswith((folder, "model.png"))}
-    if "fmi3" not in fmu.name:
-        assert icons == {"model.png"}
-        return
-    assert icons == {folder + "icon.png", folder + "terminalsAndIcons.xml"}
-    assert content[folder + "icon.png"].startswith(b"\x89PNG")
-    document = content[folder + "terminalsAndIcons.xml"]
+@pytest.mark.parametrize(
+    "name",
+    [*marked((*FMUS, *COMPANIONS, "GolfSwing")), pytest.param("wheel", marks=pytest.mark.ci)],
+)
+def test_descriptions_and_names(pytestconfig, once, system_files, tmp_path, name):
+    """Of binaries those of pythonfmu alone: native ones are of this machine."""
+    archive = archive_of(name, once, system_files, tmp_path)
+    folder = HERE / "snapshots" / (name if name == "wheel" else archive.stem)
+    with zipfile.ZipFile(archive) as file:
+        names = [n for n in sorted(file.namelist()) if not ("native" in name and "binaries/" in n)]
+        texts = {n.rpartition("/")[2]: file.read(n) for n in names}
+    found = {n: stable(texts[n].decode()) for n in DESCRIPTIONS if n in texts}
+    found["names.txt"] = stable("".join(f"{n}\n" for n in names))
+    if pytestconfig.getoption("--update"):
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
+        for file, text in found.items():
+            (folder / file).write_text(text, "utf-8")
+    stored = {file.name: file.read_text("utf-8") for file in folder.iterdir()}
+    assert found == stored, "pytest --update tests/contract/test_conformance.py; read the diff"
+
+
+def test_terminals(native_fmi3_path):
+    """They have the standard's schema and name variables of the FMU."""
+    with zipfile.ZipFile(native_fmi3_path) as archive:
+        document = archive.read("terminalsAndIcons/terminalsAndIcons.xml")
+        assert archive.read("terminalsAndIcons/icon.png").startswith(b"\x89PNG")
     schema = Path(fmpy.__file__).parent / "schema/fmi3/fmi3TerminalsAndIcons.xsd"
-    etree.XMLSchema(etree.parse(schema)).assertValid(etree.fromstring(document))
-    variables = {v.name: v for v in fmpy.read_model_description(str(fmu)).modelVariables}
-    found = ElementTree.fromstring(document).iter("Terminal")
-    terminals = {one.get("name"): [member.get("variableName") for member in one] for one in found}
-    assert terminals["club"] == ["club_speed", "impulse", "club_force"]
-    assert set(terminals) == {"club", "launch"}
-    assert {variables[name].causality for name in terminals["launch"]} == {"output"}
+    tree = etree.fromstring(document)
+    etree.XMLSchema(etree.parse(schema)).assertValid(tree)
+    variables = {v.name for v in fmpy.read_model_description(str(native_fmi3_path)).modelVariables}
+    assert {one.get("variableName") for one in tree.iter("TerminalMemberVariable")} <= variables
 
 
 # The page in documentation
@@ -247,18 +201,3 @@ def test_another_result_is_noticed(fmu_path, tmp_path):
     _, found = run_here(changed)
     assert found["law2"] == pytest.approx(6e-9, rel=0.1)
     assert found["law1"] <= 1e-14
-
-
-# Units
-
-
-def test_display_units_of_the_fmus(fmu_path, system_files):
-    """All of them; how many of the unit are an SI unit (one mile: 1609.344 m)."""
-    expected = {
-        "mm": 1e3, "g": 1e3, "ms": 1e3, "us": 1e6, "mph": 3600 / 1609.344, "km/h": 3.6, "kN": 1e-3,
-        "kN/m": 1e-3, "N/mm": 1e-3, "%": 100.0, "deg": 180.0 / math.pi, "rpm": 30.0 / math.pi,
-    }  # fmt: skip
-    for file in (fmu_path, *system_files()[:-1]):
-        for unit in fmpy.read_model_description(str(file)).unitDefinitions:
-            for one in unit.displayUnits or ():
-                assert one.factor == pytest.approx(expected[one.name], rel=1e-15), one.name
