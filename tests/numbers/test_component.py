@@ -1,4 +1,6 @@
-"""The component in this process: its clock, changes, laws of one's own, refusals, solvers.
+"""The component in this process: its clock, changes, laws of one's own.
+
+Calls, restores and refusals: contract/test_lockstep.py.
 
 Many steps of any sizes end at the same instant as few, to the last bit of a double: the sum of the
 step sizes is exact (`fractions.Fraction`), and few steps have the same sum.
@@ -343,42 +345,3 @@ def test_a_step_to_a_touch_that_is_refused():
         line = {"restitution_at_rest": 0.1, "restitution_slope": 0.0029}
         component = initialized(law=2, gap=0.35, **line)
         assert component.step(0.0, size) == accepted
-
-
-@pytest.mark.parametrize(("before", "touch_time"), [(0.02, 0.01), (0.005, 5.005)])
-def test_the_time_of_touch_after_a_restore_to_another_time(before, touch_time):
-    """A touch that has been stays when it was; one to come moves with the host's time."""
-    component = initialized(gap=0.35)
-    assert component.step(0.0, before)
-    component.restore(component.snapshot())
-    assert component.step(5.0, 0.01)
-    assert components.get(component, "touch_time") == pytest.approx([touch_time], rel=1e-15)
-
-
-def test_the_start_time_is_finite():
-    messages = []
-    component = Component(messages.append)
-    component.set_up(math.nan)
-    component.enter_initialization()
-    component.exit_initialization()
-    assert not component.step(0.0, 1e-4)
-    assert messages[0].sentence == "start time = nan s is refused: it must be a finite number"
-    corrected = Component(lambda refusal: None)
-    for start_time in (math.nan, 2.0):
-        corrected.set_up(start_time)
-    corrected.enter_initialization()
-    assert corrected.exit_initialization()
-    assert corrected.step(2.0, 1e-4)
-
-
-def test_it_is_set_before_initialization():
-    messages = []
-    component = Component(messages.append)
-    component.enter_initialization()
-    component.set_up(1.0)
-    component.exit_initialization()
-    assert messages[0].sentence == "set-up after initialization has begun is refused"
-    assert components.get(component, "touch_time") == [0.0]
-    # An illegal call costs one step.
-    assert not component.step(0.0, 1e-4)
-    assert component.step(0.0, 1e-4)

@@ -8,17 +8,14 @@ import os
 import re
 import sys
 import zipfile
-from contextlib import suppress
 from functools import cache
 from itertools import pairwise
-from pathlib import Path
 
 import pytest
 from cases import integrated
 from command import ROOT, checkout
 from command import run as run_process
 from compare import assert_close
-from fmpy.fmi1 import FMICallException
 from golf_physics import variables
 from golf_physics.laws import LAWS
 from golf_physics.laws.law import LinearLaw
@@ -83,18 +80,6 @@ def test_documents_name_it(fmu_path, native_fmi3_path, law):
         xml = archive.read("modelDescription.xml").decode()
     item = f'<Item name="{name}" value="{law}" description="{description}"'
     assert (item in xml) == (law in NATIVE_LAWS)
-
-
-@pytest.mark.parametrize("law", [3])
-@pytest.mark.parametrize("name", ["native, FMI 2.0", "native, FMI 3.0"])
-def test_native_fmus_refuse_laws_that_c_lacks(way_of, name, law):
-    """Also with a law that was added in Python alone."""
-    way = way_of(name)
-    with suppress(FMICallException):
-        way.begin({"law": law})
-    assert way.messages == [f"law = {law} is refused: it must be 1 (absolute) or 2 (relative)"]
-    xml = Path(way.slave.unzipDirectory, "modelDescription.xml").read_text()
-    assert f'max="{law}"' not in xml
 
 
 #: A law whose phases and equations differ.
