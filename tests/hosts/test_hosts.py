@@ -11,14 +11,16 @@ import re
 import shutil
 import sys
 from concurrent.futures import ThreadPoolExecutor
-from itertools import pairwise
+from contextlib import nullcontext
+from functools import partial
+from itertools import pairwise, product, repeat
 from pathlib import Path
 
 import fmpy
 import pytest
-from command import outputs, run, run_python
+from command import outputs, run
 from compare import assert_close
-from conftest import CRITERIA, EXPECTED, FILES, HERE, LAW_2_CONTACT, holds_c, repeated, some
+from conftest import CRITERIA, EXPECTED, FILES, LAW_2_CONTACT, holds_c, repeated, some
 from fmus import begin, discard, get, make_instance
 from programs import HOST_TASKS, require, run_importer
 
@@ -45,25 +47,21 @@ def exact(way_of):
 @pytest.fixture
 def by_fmpy():
     def play(fmu, task):
-        if task == "several":
-            yield from in_threads(fmpy.extract(str(fmu)))
-            return
         early = fmpy.read_model_description(fmu).coSimulation.mightReturnEarlyFromDoStep
-        for law in (1, 2):
-            for step in STEPS:
-                rows = fmpy.simulate_fmu(
-                    str(fmu),
-                    stop_time=0.005,
-                    step_size=step,
-                    output_interval=step,
-                    start_values={"law": law},
-                    output=CRITERIA,
-                    use_event_mode="fmi3" in fmu.name,
-                    early_return_allowed=True,
-                )
-                yield law, {name: rows[name][-1] for name in CRITERIA}
-                # A row before and after each event.
-                assert (len(rows) == round(0.005 / step) + 1) == (not early)
+        for law, step in product((1, 2), STEPS):
+            rows = fmpy.simulate_fmu(
+                str(fmu),
+                stop_time=0.005,
+                step_size=step,
+                output_interval=step,
+                start_values={"law": law},
+                output=CRITERIA,
+                use_event_mode="fmi3" in fmu.name,
+                early_return_allowed=True,
+            )
+            yield law, {name: rows[name][-1] for name in CRITERIA}
+            # A row before and after each event.
+            assert (len(rows) == round(0.005 / step) + 1) == (not early)
 
     return play
 
@@ -74,13 +72,24 @@ def one_run(folder, law):
         slave.doStep(n * 1e-5, 1e-5)
     results = dict(zip(CRITERIA, get(slave, *CRITERIA)))
     discard(slave)
-    return results
+    return law, results
 
 
-def in_threads(folder):
-    laws = [1, 2] * 6
-    with ThreadPoolExecutor(4) as pool:
-        yield from zip(laws, pool.map(one_run, [folder] * 12, laws), strict=True)
+@pytest.fixture
+def by_instances():
+    """Many at once by fmpy, in threads or in processes."""
+
+    def play(fmu, task):
+        folder, laws = fmpy.extract(str(fmu)), [1, 2] * 6
+        if task == "several":
+            with ThreadPoolExecutor(4) as pool:
+                yield from pool.map(one_run, repeat(folder), laws)
+            return
+        yield one_run(folder, 1)  # a fork then has a loaded FMU in it
+        with multiprocessing.get_context(task).Pool(2) as pool:
+            yield from pool.starmap(one_run, zip(repeat(folder), laws))
+
+    return play
 
 
 _COSIM = """
@@ -115,11 +124,10 @@ def _importer(tool, code):
     def adapter():
         def play(fmu, task):
             # Of an Enumeration, as law is in FMI 3.0, ecos keeps the start value.
-            for law in (1,) if "fmi3" in fmu.name else (1, 2):
-                for step in STEPS:
-                    given = str(fmu), step, round(0.005 / step), law
-                    program = f"fmu, step, steps, law = given\n{code}"
-                    yield law, run_importer(tool, program, CRITERIA, *given)
+            for law, step in product((1,) if "fmi3" in fmu.name else (1, 2), STEPS):
+                given = str(fmu), step, round(0.005 / step), law
+                program = f"fmu, step, steps, law = given\n{code}"
+                yield law, run_importer(tool, program, CRITERIA, *given)
 
         return play
 
@@ -182,14 +190,22 @@ def by_fmusim(simulate, tmp_path):
         if task in ("k", "model exchange"):
             (file := tmp_path / "k.csv").write_text("time,k\n0,1e6\n3e-4,1e6\n3e-4,8e5\n1,8e5\n")
             yield "k", simulate(fmu, *options, "--input-file", file, kind=kind, law=2)[0][-1]
-        if task != "k":
-            for law in (1, 2):
-                for gap in (0.0, 0.005):
-                    rows, _ = simulate(fmu, *options, kind=kind, law=law, gap=gap)
-                    yield law, rows[-1]
-                    # The proposed experiment: fmusim takes times that differ by 1e-5 s for equal,
-                    # and its last step must not be left out.
-                    assert kind == "me" or (len(rows), rows[-1]["time"]) == (51, 1e-3)
+        if task == "events":
+            for early in ((), ("--early-return-allowed",)):
+                rows, _ = simulate(fmu, "--event-mode-used", *early, law=2, gap=0.005)
+                yield 2, rows[-1]
+                # An event has a row before it and one after.
+                times, touch = [row["time"] for row in rows], 0.005 / 35.0
+                found = [now for now, then in pairwise(times) if now == then]
+                expected = [touch, touch + LAW_2_CONTACT] if early else []
+                assert found == pytest.approx(expected, rel=1e-15)
+        elif task != "k":
+            for law, gap in product((1, 2), (0.0, 0.005)):
+                rows, _ = simulate(fmu, *options, kind=kind, law=law, gap=gap)
+                yield law, rows[-1]
+                # The proposed experiment: fmusim takes times that differ by 1e-5 s for equal, and
+                # its last step must not be left out.
+                assert kind == "me" or (len(rows), rows[-1]["time"]) == (51, 1e-3)
 
     return play
 
@@ -236,21 +252,29 @@ def by_fmi_library(host):
 
 
 @pytest.fixture
-def by_c(compiled, libpython, freed, tmp_path):
-    """A small host of ours: instances that move between threads, whose thread ends; a fork."""
-    program = compiled("host")
+def c_host(compiled, tmp_path):
+    """Runs a task of a small host of ours with an FMU."""
 
-    def play(fmu, task):
+    def c_host(fmu, *task, **environment):
         # A host that passes the address as it is may even have these: it is escapes that do harm.
         folder = fmpy.extract(str(fmu), str(tmp_path / "native host #"))
         guid = fmpy.read_model_description(folder).guid
-        env = {"PATH": os.defpath}
-        if not holds_c(fmu):
-            strict = f":{freed}" if task == "end" else ""
-            env["LD_PRELOAD"] = f"{libpython}{strict}"
+        env = {"PATH": os.defpath, **environment}
+        return outputs(compiled("host"), folder, guid, *task, env=env)
+
+    return c_host
+
+
+@pytest.fixture
+def by_c(c_host, libpython, freed):
+    """Instances that move between threads, whose thread ends; a fork."""
+
+    def play(fmu, task):
+        preloaded = f"{libpython}:{freed}" if task == "end" else str(libpython)
+        env = {} if holds_c(fmu) else {"LD_PRELOAD": preloaded}
         steps = [("impact", step) for step in ("1e-3", "1e-4", "1e-6")]
         for words in steps if task == "impact" else HOST_TASKS:
-            yield 1, outputs(program, folder, guid, *words, env=env)
+            yield 1, c_host(fmu, *words, **env)
 
     return play
 
@@ -260,11 +284,14 @@ def by_c(compiled, libpython, freed, tmp_path):
 #: Host, FMUs, tasks, and the tolerance where it isn't 1e-12 (measured: 3e-16). Of fmusim's state
 #: files the plain FMUs get a state's value as its address.
 TABLE = [
-    ("by_fmpy", FILES, ("impact", "several"), 1e-12),
+    ("by_fmpy", FILES, ("impact",), 1e-12),
+    ("by_instances", FILES, ("several",), 1e-12),
+    ("by_instances", ("fmu_path",), multiprocessing.get_all_start_methods(), 1e-12),
     ("by_libcosim", ("fmu_path", "native_path"), ("impact",), 1e-12),
     ("by_ecos", FILES, ("impact",), 1e-12),
     ("by_fmusim", FILES, ("impact", "k"), 1e-12),
     ("by_fmusim", FILES[1:], ("state",), 1e-12),
+    ("by_fmusim", FILES[2:], ("events",), 1e-12),
     ("by_fmusim", FILES[1:], ("model exchange",), 1e-6),  # measured: 5e-8
     ("by_fmi_library", FILES, ("impact", "k", "state", "several"), 1e-14),
     ("by_c", ("fmu_path", "native_path"), ("impact", "several"), 1e-12),
@@ -272,9 +299,13 @@ TABLE = [
 ]
 
 
+#: Tasks that take long.
+LONG = ("end", *multiprocessing.get_all_start_methods())
+
+
 def _marks(adapter, path, task):
     is_importer = adapter in ("by_libcosim", "by_ecos")
-    is_long = task == "end" or (is_importer and path != "fmu_path")
+    is_long = task in LONG or (is_importer and path != "fmu_path")
     return [*[pytest.mark.importers] * is_importer, *[pytest.mark.ci] * is_long]
 
 
@@ -296,30 +327,7 @@ def test_task(request, exact, adapter, path, task, tolerance):
     assert cases
 
 
-# What a host has of its own: fmpy
-
-_PROCESSES = """
-import multiprocessing, sys
-from test_hosts import EXPECTED, assert_close, one_run
-
-if __name__ == "__main__":
-    extracted, method = sys.argv[1:]
-    one_run(extracted, 1)  # a fork then has a loaded FMU in it
-    with multiprocessing.get_context(method).Pool(2) as pool:
-        laws = [1, 2] * 4
-        for law, results in zip(laws, pool.starmap(one_run, [(extracted, law) for law in laws])):
-            assert_close(results, EXPECTED[law])
-"""
-
-
-@pytest.mark.ci
-@pytest.mark.parametrize("method", multiprocessing.get_all_start_methods())
-def test_processes(extracted, method):
-    env = os.environ | {"PYTHONPATH": str(HERE / "hosts")}
-    run_python(_PROCESSES, extracted, method, env=env)
-
-
-# fmu-manipulation-toolbox
+# What a host has of its own: fmu-manipulation-toolbox
 
 
 def _toolbox(command, *arguments):
@@ -366,19 +374,6 @@ values = [float(rows[name][-1]) for name in names]
 
 
 # fmusim
-
-
-@pytest.mark.parametrize("early", [False, True])
-def test_fmusim_event_mode(simulate, native_fmi3_path, early):
-    options = ["--event-mode-used", *["--early-return-allowed"] * early]
-    rows, _ = simulate(native_fmi3_path, *options, law=2, gap=0.005)
-    assert_close(rows[-1], EXPECTED[2], tolerance=1e-12)
-    times = [row["time"] for row in rows]
-    events = [now for now, then in pairwise(times) if now == then]
-    # An event has a row before it and one after.
-    touch = 0.005 / 35.0
-    expected = [touch, touch + LAW_2_CONTACT] if early else []
-    assert events == pytest.approx(expected, rel=1e-15)
 
 
 @pytest.mark.parametrize("path", FILES)
@@ -430,37 +425,25 @@ def test_companions_at_once_and_reloaded(request, files, host, times):
 # The plain FMU in a C host
 
 
-@pytest.fixture
-def c_host(compiled, extracted):
-    def c_host(*task, **environment):
-        guid = fmpy.read_model_description(extracted).guid
-        env = {"PATH": os.defpath, **environment}
-        return outputs(compiled("host"), extracted, guid, *task, env=env)
-
-    return c_host
-
-
 @pytest.mark.plain
 def test_how_a_c_host_supplies_libpython(c_host, fmu_path, libpython, capsys):
     """It loads the library itself, or as `golf-impact doctor` prints."""
     with pytest.raises(AssertionError, match="undefined symbol"):
-        c_host("impact")
-    assert_close(c_host("impact", "1e-4", LIBPYTHON=str(libpython)), EXPECTED[1])
+        c_host(fmu_path, "impact")
+    assert_close(c_host(fmu_path, "impact", "1e-4", LIBPYTHON=str(libpython)), EXPECTED[1])
     assert doctor.doctor([fmu_path]) == 0
     shown = capsys.readouterr().out.splitlines()
     (line,) = (text for text in shown if "native hosts: LD_PRELOAD=" in text)
     settings = dict(part.split("=", 1) for part in line.split() if "=" in part)
-    assert_close(c_host("impact", "1e-3", **settings), EXPECTED[1])
+    assert_close(c_host(fmu_path, "impact", "1e-3", **settings), EXPECTED[1])
 
 
 @pytest.mark.plain
-def test_a_call_makes_no_thread_state(c_host, libpython):
+def test_a_call_makes_no_thread_state(c_host, fmu_path, libpython):
     """Making one at every call would cost ten times the call."""
-    assert c_host("state", "1000", LD_PRELOAD=str(libpython)) == {
-        "states_made_by_steps": 0.0,
-        "states_made_by_reads": 0.0,
-        "state_at_the_end": 0.0,
-    }
+    names = ("states_made_by_steps", "states_made_by_reads", "state_at_the_end")
+    found = c_host(fmu_path, "state", "1000", LD_PRELOAD=str(libpython))
+    assert found == dict.fromkeys(names, 0.0)
 
 
 @pytest.mark.plain
@@ -473,13 +456,9 @@ def test_folders_that_pythonfmu_crashes_in(folder, odd, fmu_path, tmp_path, monk
     place.mkdir()
     monkeypatch.setenv("TMPDIR", str(place))
     monkeypatch.setattr("tempfile.tempdir", None)
-    refused = crashed = False
-    try:
-        check_temporary_folder()
-    except UserError as error:
-        refused = "set TMPDIR" in str(error)
-    try:
-        run_here(fmu_path)
-    except UserError as error:
-        crashed = "can't be run here (signal" in str(error)
-    assert refused == crashed == bool(odd)
+    for call, why in (
+        (check_temporary_folder, "set TMPDIR"),
+        (partial(run_here, fmu_path), r"can't be run here \(signal"),
+    ):
+        with pytest.raises(UserError, match=why) if odd else nullcontext():
+            call()
