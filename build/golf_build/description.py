@@ -1,66 +1,33 @@
-"""The interfaces and the model structure in modelDescription.xml."""
+"""modelDescription.xml, and what is made of other templates."""
 
-from collections.abc import Iterable, Iterator
+from pathlib import Path
 from typing import Any
 
-from golf_physics.variables import Variable
 
-#: Attributes of XML elements; None: it hasn't got it.
-Attributes = dict[str, str | int | None]
+def render(template: Path, **values: Any) -> bytes:
+    """Render a jinja template (UTF-8)."""
+    import jinja2
 
-
-def interfaces(fmi: int, model: str, has_model_exchange: bool) -> dict[str, Attributes]:
-    """The elements for the interfaces that an FMU has, by their tags."""
-    state = "FMUstate" if fmi == 2 else "FMUState"
-    common: Attributes = {"modelIdentifier": model, "needsExecutionTool": "false"}
-    common["canBeInstantiatedOnlyOncePerProcess"] = "false"
-    common |= {f"canGetAndSet{state}": "true", f"canSerialize{state}": "true"}
-    solved: Attributes
-    stepped: Attributes = {"canHandleVariableCommunicationStepSize": "true"}
-    if fmi == 2:
-        common["canNotUseMemoryManagementFunctions"] = "true"
-        solved = {"completedIntegratorStepNotNeeded": "true"}
-        solved["providesDirectionalDerivative"] = "true"
-    else:
-        solved = {"needsCompletedIntegratorStep": "false"}
-        solved["providesDirectionalDerivatives"] = "true"
-        stepped |= {"hasEventMode": "true", "mightReturnEarlyFromDoStep": "true"}
-    found = {"ModelExchange": common | solved} if has_model_exchange else {}
-    return found | {"CoSimulation": common | stepped}
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(template.parent),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    return environment.get_template(template.name).render(values).encode()
 
 
-#: Elements of ModelStructure: group and tag in FMI 2.0, tag in FMI 3.0.
-_ELEMENTS = (
-    ("Outputs", "Unknown", "Output"),
-    ("Derivatives", "Unknown", "ContinuousStateDerivative"),
-    ("InitialUnknowns", "Unknown", "InitialUnknown"),
-    ("", "", "EventIndicator"),
-)
-
-
-def structure(
-    fmi: int, rows: list[Variable], tables: dict[str, Any]
-) -> Iterator[tuple[str, str, list[Attributes]]]:
-    """Group ("": none), tag and attributes of the elements of ModelStructure.
-
-    In FMI 2.0 an index is the position from 1 on, not the value reference. Without dependencies in
-    the tables there is no direct feedthrough: what is read at a communication point belongs to the
-    step before.
-    """
-    known = {row.name: row.reference if fmi == 3 else n for n, row in enumerate(rows, 1)}
-    dependencies: dict[str, Iterable[str]] = tables.get("dependencies", {})
-    outputs = [row.name for row in rows if row.causality == "output"]
-    derivatives = [*tables.get("derivatives", {})]
-    initial = [*dict.fromkeys((*outputs, *derivatives))]
-    groups = (outputs, derivatives, initial, tables.get("indicators", ()))
-    for (group, tag, tag_3), names in zip(_ELEMENTS, groups, strict=True):
-        elements: list[Attributes] = []
-        for name in names:
-            listed = (known[other] for other in dependencies.get(name, ()) if other in known)
-            depends: str | None = " ".join(map(str, listed))
-            if group == "InitialUnknowns":
-                depends = "" if name in tables.get("constant", ()) else None
-            where = "index" if fmi == 2 else "valueReference"
-            elements.append({where: known[name], "dependencies": depends})
-        if elements and (tag if fmi == 2 else tag_3):
-            yield (group, tag, elements) if fmi == 2 else ("", tag_3, elements)
+def model_description(context: dict[str, Any]) -> bytes:
+    """The model description from a builder's context with token, tool and sources."""
+    # In FMI 2.0 an index is the position from 1 on, not the value reference.
+    places = {row.name: n for n, row in enumerate(context["rows"], 1)}
+    known = places if context["fmi"] == 2 else context["references"]
+    listed = {
+        name: " ".join(str(known[other]) for other in others if other in known)
+        for name, others in context.get("dependencies", {}).items()
+    }
+    template = Path(__file__).with_name("modelDescription.xml.jinja")
+    description = render(template, **context | {"known": known, "dependencies": listed})
+    # All attributes are in double quotes, so apostrophes need no escape.
+    return description.replace(b"&#39;", b"'")

@@ -30,9 +30,9 @@ from golf_build.archive import SUMS, checksums, scratch
 from golf_build.errors import UnavailableError, UserError
 from golf_build.extras import install_command
 from golf_build.fmi2 import TABLES
-from golf_build.native_header import NATIVE_LAWS, header, native_row
+from golf_build.native_header import NATIVE_LAWS, native_row
 from golf_build.packaging import HERE, Builder
-from golf_build.sources import fmu_source
+from golf_build.sources import c_sources
 
 #: The ziglang of pyproject.toml's extra: other versions make other bytes.
 ZIGLANG = "0.13.0"
@@ -173,13 +173,11 @@ class NativeBuilder(Builder):
         """The C sources and FMI's headers."""
         import fmpy
 
-        fmi = self.fmi
-        folder, headers = fmu_source("native"), Path(fmpy.__file__).parent / "c-code"
-        found = {file.name: file.read_bytes() for file in folder.glob("*.[ch]")}
-        for other in (f"fmi{5 - fmi}.c", "rows.c"):
+        found = c_sources(token, self.fmi, self.start)
+        for other in (f"fmi{5 - self.fmi}.c", "rows.c"):
             found.pop(other)
-        found |= {name: (headers / name).read_bytes() for name in _HEADERS[fmi]}
-        return found | {"variables.h": header(fmi, token, self.start).encode()}
+        headers = Path(fmpy.__file__).parent / "c-code"
+        return found | {name: (headers / name).read_bytes() for name in _HEADERS[self.fmi]}
 
 
 _ROWS = [native_row(row) for row in tables.VARIABLES + tables.MORE_VARIABLES]

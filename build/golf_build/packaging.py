@@ -22,7 +22,8 @@ import golf_physics
 from golf_physics.variables import Variable
 
 from golf_build.archive import SUMS, checksums, scratch, unpack, write_archive
-from golf_build.description import interfaces, structure
+from golf_build.description import model_description
+from golf_build.description import render as render
 from golf_build.sources import PHYSICS, fmu_source
 
 HERE = Path(__file__).resolve().parent
@@ -103,18 +104,7 @@ class Builder:
 
     def describe(self, token: str, tool: str, sources: Iterable[str] = ()) -> bytes:
         """The model description with a GUID, the tool that made it, and the names of C sources."""
-        rows, tables = self.rows(), self.tables
-        context = self._context(
-            token=token,
-            tool=tool,
-            sources=sources,
-            interfaces=interfaces(self.fmi, self.model, "derivatives" in tables),
-            structure=structure(self.fmi, rows, tables),
-            positions={row.name: n for n, row in enumerate(rows, 1)},
-        )
-        description = render(HERE / "modelDescription.xml.jinja", **context)
-        # All attributes are in double quotes, so apostrophes need no escape.
-        return description.replace(b"&#39;", b"'")
+        return model_description(self._context(token=token, tool=tool, sources=sources))
 
     def documents(self, platforms: Iterable[str] = ()) -> dict[str, bytes]:
         """Documentation; of ClubBallImpact also reference results and icons. By name.
@@ -187,20 +177,6 @@ class PythonBuilder(Builder):
                 files[f"documentation/licenses/{RUNTIME}.txt"] = file.read_binary()
         files |= self.documents()
         return files | {SUMS: checksums(files)}
-
-
-def render(template: Path, **values: Any) -> bytes:
-    """Render a jinja template (UTF-8)."""
-    import jinja2
-
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(template.parent),
-        autoescape=True,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
-    return environment.get_template(template.name).render(values).encode()
 
 
 def guid_in(fmu: Path | BinaryIO) -> str | None:

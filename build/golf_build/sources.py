@@ -1,6 +1,7 @@
 """Where the sources of FMUs are, and those in C."""
 
 import hashlib
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 
@@ -21,11 +22,13 @@ def fmu_source(name: str) -> Path:
     return installed if installed.exists() else PHYSICS.parent / name
 
 
-def c_sources(token: str = "") -> dict[str, bytes]:
-    """The C sources by name, with the same line ends everywhere."""
+def c_sources(
+    token: str = "", fmi: int = 0, start: Mapping[str, float] | None = None
+) -> dict[str, bytes]:
+    """The C sources by name, with the same line ends everywhere; see `native_header.header`."""
     files = sorted(fmu_source("native").glob("*.[ch]"))
     sources = {file.name: file.read_bytes().replace(b"\r\n", b"\n") for file in files}
-    return sources | {_HEADER: header(0, token, {}).encode()}
+    return sources | {_HEADER: header(fmi, token, start or {}).encode()}
 
 
 @cache
