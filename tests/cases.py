@@ -14,9 +14,10 @@ from golf_physics.variables import SETTABLE
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 
+from golf_impact.evidence import scales
 from golf_impact.evidence.random_impacts import critical_damping
 from golf_impact.evidence.reference import Reference, mp
-from golf_impact.evidence.scales import Scales, reduced_mass
+from golf_impact.evidence.scales import reduced_mass
 
 DEFAULTS = {row.name: row.start for row in SETTABLE.values()}
 
@@ -294,22 +295,8 @@ def exact(name):
 
 def scales_of(case, last, span):
     """Scales of errors of a case whose outputs after `span` s are these."""
-    mu = reduced_mass(case.values)
-    changed = [case.values | inputs for _, inputs in case.changes] + [case.values]
-    # The speed that counts is the last one that is set before touch.
-    values, touch = case.values | {"start_time": case.start}, last["touch_time"] - case.start
-    for time, inputs in case.changes:
-        if "club_speed" in inputs and time <= touch:
-            values["club_speed"] = inputs["club_speed"]
-    last = {name: float(value) for name, value in last.items()}
-    return Scales(
-        values,
-        last if last["touched"] else last | {"contact_time": span},
-        approach=touch,
-        span=span,
-        fastest=max(max((v["k"] / mu) ** 0.5, v["b"] / mu) for v in changed),
-        after=last,
-    )
+    values, approach = case.values | {"start_time": case.start}, last["touch_time"] - case.start
+    return scales.scales_of(values, last, float(approach), span, case.changes, last)
 
 
 def integrated(values, changes=(), force=None, push=None, touch=0.0):

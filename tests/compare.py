@@ -7,7 +7,7 @@ import pytest
 from golf_physics.values import SLOWEST
 
 from golf_impact.data.quantities import START as DEFAULTS
-from golf_impact.evidence.scales import TOLERANCE, Scales, reduced_mass
+from golf_impact.evidence.scales import TOLERANCE, Scales, scales_of
 
 
 def to_15_digits(sentence):
@@ -22,13 +22,9 @@ def contact_scales(values, outputs):
     `values` are all inputs and parameters, `outputs` those at the end: max_force, max_compression,
     impulse and contact_time, which is NaN if the bodies haven't separated.
     """
-    mu, n = reduced_mass(values), values["exponent"]
-    closing, time = values["club_speed"] - values["ball_speed"], outputs["contact_time"]
+    closing = values["club_speed"] - values["ball_speed"]
     approach = values["gap"] / closing if closing > SLOWEST else 0.0
-    stiffer = n * (outputs["max_compression"] / values["reference_compression"]) ** (n - 1.0)
-    fastest = max(math.sqrt(values["k"] * max(1.0, stiffer) / mu), values["b"] / mu)
-    largest = {**outputs, "contact_time": 1.0 if math.isnan(time) else time}
-    return Scales(values, largest, approach, approach + 1.0, fastest)
+    return scales_of(values, outputs, approach, approach + 1.0)
 
 
 def assert_within(error, tolerance=TOLERANCE, name="", **where):

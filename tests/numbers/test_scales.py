@@ -5,6 +5,8 @@ import math
 import pytest
 from compare import contact_scales
 
+from golf_impact.evidence.scales import scales_of
+
 #: μ = 0.04 kg, ω = 5000/s, a kinetic energy of 90 J.
 GIVEN = {
     "m_club": 0.2, "m_ball": 0.05, "k": 1e6, "b": 0.0, "law": 2, "club_speed": 30.0,
@@ -45,6 +47,21 @@ def test_scales_of_an_impact():
 )
 def test_the_fastest_rate_of_a_contact(values, fastest):
     assert contact_scales({**GIVEN, **values}, ENDS).fastest == pytest.approx(fastest)
+
+
+def test_inputs_that_change():
+    """The speed at touch counts, and the fastest contact."""
+    changes = [
+        (2e-4, {"club_speed": 60.0}),
+        (9e-4, {"club_speed": 90.0, "k": 4e6}),
+        (1e-3, {"k": 1.0}),
+    ]
+    scales = scales_of(GIVEN, ENDS, 8e-4, 2e-3, changes)
+    assert scales.of("club_velocity") == 60.0
+    assert scales.fastest == pytest.approx(1e4)
+    assert scales_of(GIVEN, {**ENDS, "contact_time": 0.0}, 8e-4, 2e-3).of(
+        "touch_time"
+    ) == pytest.approx(1.2e-3)
 
 
 def test_errors_in_their_scales():

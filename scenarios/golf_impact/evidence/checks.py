@@ -10,7 +10,7 @@ import numpy as np
 from golf_impact.data.runs import FLAGS
 from golf_impact.evidence.random_impacts import ImpactCase, Step
 from golf_impact.evidence.reference import Reference, mp
-from golf_impact.evidence.scales import TOLERANCE, Scales, reduced_mass
+from golf_impact.evidence.scales import TOLERANCE, Scales, scales_of
 from golf_impact.fmu import Impact
 
 INPUTS = Step._fields[1:]
@@ -37,10 +37,8 @@ def check(
     """
     one_step = case.steps()
     final = {name: x[-1] for name, x in run(impact, case, one_step).items()}
-    mu = reduced_mass(case.values)
-    fastest = max(max(math.sqrt(step.k / mu), step.b / mu) for step in one_step)
     values = {**case.values, "start_time": case.start_time}
-    scales = Scales(values, final, case.approach, case.end, fastest, final)
+    scales = scales_of(values, final, case.approach, case.end, case.changes, final)
     reference = references(values, one_step) if exact else []
     for pattern, steps in case.patterns(final["contact_time"], rng, equal):
         path, number = run(impact, case, steps), len(steps)

@@ -1,11 +1,14 @@
 """Scales of errors by output: the tolerance table, in one place."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 _PLACES = ("club_position", "ball_position")
+_LARGEST = ("max_force", "max_compression", "impulse", "contact_time")
+_AFTER = ("club_velocity", "ball_velocity", "kinetic_energy")
 
 #: For every error without unit.
 TOLERANCE = 1e-13
@@ -83,3 +86,40 @@ class Scales:
             # The effect of an error in velocity on a position grows with time.
             growth = max(1.0, (self.span - self.approach) / time)
         return max(4e-16 * before / time, 4e-16 * self.approach * self.fastest * growth)
+
+
+def scales_of(
+    values: Mapping[str, Any],
+    outputs: Mapping[str, Any],
+    approach: float,
+    span: float,
+    changes: Iterable[tuple[float, Mapping[str, float]]] = (),
+    after: Mapping[str, Any] | None = None,
+) -> Scales:
+    """The scales of an impact.
+
+    Args:
+        values: inputs and parameters at the start, and start_time.
+        outputs: max_force, max_compression, impulse and contact_time in the end. A contact without
+            a time (0 or NaN) is measured by the time since touch.
+        approach: s from the start to first touch.
+        span: s from the start to the end.
+        changes: instants, s from the start, and inputs from then on.
+        after: club_velocity, ball_velocity and kinetic_energy, where the impact may gain energy.
+    """
+    start, now, fastest = dict(values), dict(values), 0.0
+    largest = {name: float(outputs[name]) for name in _LARGEST}
+    if not largest["contact_time"] > 0.0:
+        largest["contact_time"] = span - approach
+    stiffer, n = 1.0, values.get("exponent", 1.0)
+    if n != 1.0:
+        relative = largest["max_compression"] / values["reference_compression"]
+        stiffer = max(1.0, n * relative ** (n - 1.0))
+    for time, inputs in ((0.0, {}), *changes):
+        now |= inputs
+        mu = reduced_mass(now)
+        fastest = max(fastest, math.sqrt(now["k"] * stiffer / mu), now["b"] / mu)
+        if time <= approach:  # the speed that counts is the last one set before touch
+            start["club_speed"] = now["club_speed"]
+    after = {name: float(value) for name, value in (after or {}).items() if name in _AFTER}
+    return Scales(start, largest, approach, span, fastest, after)
