@@ -276,14 +276,14 @@ def test_curves_of_different_noise():
     """Each has the weight of its own residuals: the fit is that with their σ given."""
     given, rows = {"m_club": 0.2, "exponent": 1.6, "baseline": "zero"}, []
     for speed, noise in ((30.0, 20.0), (50.0, 400.0)):
-        columns = zip(("time", "force"), record(50, noise, club_speed=speed, seed=int(speed)))
+        columns = zip(("time", "force"), record(140, noise, club_speed=speed, seed=int(speed)))
         rows.append({**dict(columns), "club_speed": speed})
     found = fitted(rows, **given)
     again = fitted([{**row, "sigma": s} for row, s in zip(rows, found.sigma.values())], **given)
     for name, one in found.parameters.items():
         assert abs(again.values[name] - one.value) < 1e-3 * one.standard_error
     # Twice the same rows determine all by √2 better.
-    row = {**rows[0], "sigma": np.full(50, 20.0)}
+    row = {**rows[0], "sigma": np.full(140, 20.0)}
     single, double = (fitted(curves, **given).parameters for curves in ([row], [row] * 2))
     for name, one in single.items():
         ratio = one.standard_error / double[name].standard_error
@@ -382,7 +382,7 @@ def test_several_curves(tmp_path, second):
     """A stiffness for each shows whether one holds, also at one speed; files as mappings."""
     (k, speed), curves = second, []
     for n, values in enumerate(({"club_speed": 30.0}, {"club_speed": speed, "k": k})):
-        columns = dict(zip(("time", "force"), record(80, seed=n, **values)))
+        columns = dict(zip(("time", "force"), record(140, seed=n, **values)))
         rows = [f"{t!r},{f!r}" for t, f in zip(*map(np.ndarray.tolist, columns.values()))]
         (tmp_path / f"{n}.csv").write_text("\n".join(["time,force", *rows]))
         curves.append({**columns, **AT, "club_speed": values["club_speed"]})

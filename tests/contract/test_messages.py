@@ -53,6 +53,7 @@ def test_each_refusal_is_written_once(way_of, capfd, name, variable):
     fmus.discard(slave)
 
 
+@pytest.mark.plain
 def test_a_host_without_stderr(fmu_path):
     """None, or closed: it is no reason to fail."""
     code = f"""{_INSTANCE}
