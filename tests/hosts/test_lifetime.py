@@ -10,6 +10,7 @@ import os
 import signal
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 
 import fmpy
@@ -145,21 +146,18 @@ print(json.dumps((resident_bytes() - before) / count))
 @pytest.mark.parametrize(
     ("task", "count"),
     [
-        pytest.param("instances", 200, marks=pytest.mark.ci),
-        pytest.param("restarts", 2000, marks=pytest.mark.ci),
-        pytest.param("instances", 3000, marks=pytest.mark.nightly),
-        pytest.param("restarts", 100_000, marks=pytest.mark.nightly),
+        pytest.param(task, count, marks=getattr(pytest.mark, when))
+        for when, counts in {"ci": (200, 2000), "nightly": (3000, 100_000)}.items()
+        for task, count in zip(("instances", "restarts"), counts)
     ],
 )
 def test_nothing_is_left_behind(fmu_path, tmp_path, record_property, task, count):
     """Beside a pythonfmu FMU in which nothing is computed, of whose instances some bytes leak."""
     files = fmu_path, build_plain_fmu(Path(empty_fmu.__file__), tmp_path)
     folders = [fmpy.extract(str(file), str(tmp_path / f"{n}")) for n, file in enumerate(files)]
+    life = partial(run_python, _LIFE, task, count, timeout=3600)
     with ThreadPoolExecutor(2) as pool:
-        ended = pool.map(
-            lambda folder: run_python(_LIFE, task, count, folder, timeout=3600), folders
-        )
-    ours, empty = (json.loads(done.stdout) for done in ended)
+        ours, empty = (json.loads(done.stdout) for done in pool.map(life, folders))
     record_property("bytes_each", (ours, empty))
     # Of a restart nothing: the smallest object has 16 bytes. Besides, only pages that aren't full.
     allowed = empty if task == "instances" else 4.0

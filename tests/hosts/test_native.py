@@ -147,25 +147,19 @@ def test_doctor_looks_into_an_ssp(files):
         assert f"resources/{name}.fmu loads and runs here" in " ".join(shown.split())
 
 
-def test_without_a_compiler(monkeypatch, tmp_path):
-    """One line says what is missing, and nothing is written."""
-    monkeypatch.setattr(native, "ziglang", lambda: None)
-    monkeypatch.setattr(native.shutil, "which", lambda name: None)
-    done = golf_here("build", "--native", "--out", tmp_path / "x.fmu")
-    refused(done, "--native needs a C compiler", "ziglang")
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_compiler_that_fails(monkeypatch, tmp_path):
-    """One line has its first error."""
-    compiler = tmp_path / "cc"
-    compiler.write_text("#!/bin/sh\necho 'all.c: note\nall.c:1: error: no space' >&2\nexit 1\n")
-    compiler.chmod(0o755)
+@pytest.mark.parametrize("program", [None, "echo 'all.c: note\nall.c:1: error: no space' >&2"])
+def test_without_a_compiler_that_works(monkeypatch, tmp_path, program):
+    """One line says what is missing, or has its first error; nothing is written."""
+    compiler, out = tmp_path / "cc", tmp_path / "new"
+    words = "--native needs a C compiler: ziglang", f"for this platform alone {compiler} does"
+    if program:
+        compiler.write_text(f"#!/bin/sh\n{program}\nexit 1\n")
+        compiler.chmod(0o755)
+        words = (f"{compiler} fails on all.c for", "all.c:1: error: no space")
     monkeypatch.setattr(native, "ziglang", lambda: None)
     monkeypatch.setenv("CC", str(compiler))
-    done = golf_here("build", "--native", "--out", tmp_path / "x.fmu")
-    refused(done, f"{compiler} fails on all.c", "all.c:1: error: no space")
-    assert list(tmp_path.iterdir()) == [compiler]
+    refused(golf_here("build", "--native", "--out", out / "x.fmu"), *words)
+    assert not out.exists()
 
 
 # Without ziglang all native FMUs of these tests are built so.
@@ -302,10 +296,8 @@ def test_on_windows(for_all, compiled, tmp_path, task):
     by = shutil.which("x86_64-w64-mingw32-gcc-posix")
     if by is None:
         pytest.skip("there is no mingw-w64 on this machine")
-    windows, folder = (
-        machine("GOLF_IMPACT_WINDOWS"),
-        fmpy.extract(for_all(2), str(tmp_path / "fmu")),
-    )
+    windows = machine("GOLF_IMPACT_WINDOWS")
+    folder = fmpy.extract(for_all(2), str(tmp_path / "fmu"))
     program = compiled("host", "-static", by=[by], libraries=["-lshell32"], suffix=".exe")
     found = outputs(windows, program, folder, guid_of(folder), *task)
     assert_close(found, EXPECTED[1], None, 1e-13)
