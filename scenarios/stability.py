@@ -31,7 +31,7 @@ COLUMNS = ("", "largest", "tolerance", "numbers compared")
 
 def list_impacts(seed, quick):
     """Name, impact, whether it is compared with the reference, and the number of equal steps."""
-    impacts = [(name, case, True, 1000 if quick else 10_000) for name, case in extreme_impacts()]
+    impacts = [(name, case, True, 500 if quick else 2000) for name, case in extreme_impacts()]
     for n in range(150 if quick else 1000):
         case = random_impact(seed, n)
         if n % 10 == 9:
