@@ -172,6 +172,14 @@ NAMED = {
     "gear effect alone": TURNED | {"spin_loft": 0.0},
     "negative loft": TURNED | {"spin_loft": -0.2, "attack_angle": 0.1, "friction": 0.1},
     "slips throughout": DRIVER | {"friction": 0.01},
+    # In the second slip what was left of the stick's deformation decays.
+    "slip after stick": DRIVER
+    | {
+        "friction": 0.35,
+        "tangential_stiffness_ratio": 2.5,
+        "spin_loft": 0.7,
+        "coefficient_of_restitution": 0.8,
+    },
     "critical damping": DRIVER | {"coefficient_of_restitution": math.exp(-2.0)},
 }
 # Borders, from both sides.
