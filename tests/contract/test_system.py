@@ -317,6 +317,7 @@ def test_parameters_of_the_system_by_fmpy(ssp):
     (code,) = (one for one in re.findall("```python\n(.*?)```", text, re.S) if "ssp" in one)
     found: dict = {}
     exec(code.replace("build/GolfSwing.ssp", str(ssp)), found)
-    same = golf_impact.drive("tour", AT_THE_BALL, found["loft"], found["attack"], **OF_THE_DRIVE)
+    loft, attack = (found["values"][f"Launch.{one}"] for one in ("dynamic_loft", "attack_angle"))
+    same = golf_impact.drive("tour", AT_THE_BALL, loft, attack, **OF_THE_DRIVE)
     for name in ("Launch.launch_angle", "BallFlight.carry"):
         assert found["rows"][name][-1] == pytest.approx(same[name.partition(".")[2]], rel=1e-9)
