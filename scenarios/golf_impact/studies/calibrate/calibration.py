@@ -1,7 +1,8 @@
-"""A calibration: a contact law fitted to measurements, other laws, and what follows."""
+"""A calibration: law 2 fitted to measurements, and what follows."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -9,26 +10,40 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import lmfit
 import numpy as np
+from scipy.special import stdtrit
 
 from golf_impact.api import run_impacts
 from golf_impact.data.balls import Ball, ball_toml
-from golf_impact.data.errors import UserError
+from golf_impact.data.errors import UserError, refused
 from golf_impact.data.files import write
 from golf_impact.data.quantities import format_options
 from golf_impact.studies.calibrate import report
-from golf_impact.studies.calibrate.fit import ContactLaw, Fit, chance_of
-from golf_impact.studies.calibrate.measurements import Measurements, measurements, number
-from golf_impact.studies.calibrate.series import IMPACT, Curve
+from golf_impact.studies.calibrate.fit import (
+    REFERENCE_COMPRESSION,
+    Estimate,
+    Problem,
+    at_limits,
+    chance_of,
+)
+from golf_impact.studies.calibrate.measurements import (
+    IMPACT,
+    RESTITUTION,
+    TARGETS,
+    UNITS,
+    Curve,
+    Measurements,
+    compute_scalars,
+    inputs,
+    measurements,
+    number,
+)
 from golf_impact.studies.intervals import RANGES, standard_errors
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: Kelvin–Voigt, which every calibration is compared with.
-_LINEAR = ContactLaw(2, 1.0)
-
 #: Club speeds (m/s) of predictions, and what is predicted there.
-_SPEEDS = (30.0, 40.0, 50.0)
+_SPEEDS = np.array([30.0, 40.0, 50.0])
 _PREDICTED = ("smash_factor", "coefficient_of_restitution", "ball_velocity")
 
 
@@ -40,50 +55,132 @@ class Interval(NamedTuple):
     high: np.ndarray
 
 
-class Calibration(Fit):
-    """A contact law fitted to measurements, compared with other laws.
+class Calibration:
+    """The parameters of law 2 that meet measurements best.
+
+    They are found by weighted least squares from several starts. A σ that isn't given is estimated
+    from the residuals, for each series separately. A parameter that ends at its limit is held there
+    while the others are fitted.
 
     Attributes:
         data: the measurements.
-        fits: the laws compared, as far as they could be fitted.
-        chance_apart: the probability that the stiffnesses of several curves, each fitted with its
-            own, differ as much by chance (a likelihood ratio).
+        result: lmfit's `MinimizerResult`; touch is in µs since a curve's origin, drift in N/ms.
+        values: the FMU's inputs and parameters of this impact, SI units.
+        parameters: value, standard error and 95 % interval of the fitted ones, by their FMU names.
+        covariance, correlations: theirs; 0 for one at its limit.
+        curves: of each curve `touch`, the instant by its clock (s), and, as far as its sensor has
+            them, `offset` (N) and `drift` (N/s).
+        predicted: scalar targets as the physics gives them.
+        residuals, sigma: (model − measured)/σ of the measured values, and their σ, by part.
+        rms: residuals of each series, root mean square in its unit.
+        row_correlations: lag-1 autocorrelations of residuals in contact, where they aren't chance.
+        probability: of a larger χ² if law and σ are right; None if χ² has no meaning.
+        aic: Akaike's criterion, −2 ln(likelihood) + 2 p, but for a constant.
+        coverage: half the width of a 95 % interval in standard errors: Student's t or normal.
+        chance_of_one_stiffness: the probability that the stiffnesses of several curves differ as
+            much by chance.
+        linear: the fit of n = 1 beside another exponent, if there is one.
         speeds, predictions: club speeds (m/s), and what `predict` gives there.
-        Of `Fit`: result (lmfit's `MinimizerResult`), parameters, by their FMU names (SI units)
-            value, standard error and 95 % interval, covariance, and all else.
+
+    Raises:
+        UserError: the measurements don't determine the law's parameters, or no contact that ends
+            comes near them.
     """
 
     def __init__(
         self,
         data: Measurements,
-        law: ContactLaw,
+        fixed: Mapping[str, float],
         progress: Callable[[float, str], object] = lambda percent, title: None,
-        fixed: Mapping[str, float] | None = None,
+        alone: bool = False,
     ) -> None:
         self.data = data
-        compared = [*dict.fromkeys((_LINEAR, law))]
-        others = [one for one in compared if one != law] if data.sized else []
-        apart = len(data.curves) > 1 and "k" not in (fixed or {})
-        titles = [law.title, *[law.title] * apart, *(other.title for other in others)]
-        steps = iter([(100.0 * n / len(titles), title) for n, title in enumerate(titles)])
-        progress(*next(steps))
-        super().__init__(data, law, False, fixed)
-        self.chance_apart = 1.0
-        if apart:
-            progress(*next(steps))
-            separate = Fit(data, law, True, fixed)
-            self.chance_apart = chance_of(self.deviance - separate.deviance, len(data.curves) - 1)
-        found: dict[ContactLaw, Fit] = {law: self}
-        for other in others:
-            progress(*next(steps))
-            # With too few measurements a law isn't compared.
-            with suppress(UserError):
-                found[other] = Fit(data, other, False, fixed)
-        self.fits = [found[one] for one in compared if one in found and data.sized]
-        self.speeds = np.array(_SPEEDS)
+        problem = Problem(data, fixed)
+        self.title, self.exponent = problem.title, fixed.get("exponent")
+        progress(0.0, self.title)
+        with np.errstate(all="ignore"):
+            result = problem.minimum()
+            for _ in range(3 if data.estimated else 0):
+                problem.estimate_sigma(result)
+                if len(problem.parts) == 1:
+                    break  # the minimum doesn't depend on the only σ
+                result = problem.solve(result.params)
+            noise = {**problem.sigma}
+            self.row_correlations = problem.enlarge_sigma(result)
+            result = problem.solve(result.params, near=0.75)
+            if ends := at_limits(result):
+                for name, one in ends.items():
+                    result.params[name].set(value=one.value, vary=False)
+                result = problem.solve(result.params, near=0.75)
+            self.result = problem.determined(result)
+            names = [name for name in problem.names if name in (*result.var_names, *ends)]
+            freedom = len(result.residual) - len(result.var_names) - len(ends)
+            self.coverage = float(stdtrit(max(1, freedom) if data.estimated else 1e9, 0.975))
+            profiles = problem.profiles(result, self.coverage)
+        self.chance_of_one_stiffness = _chance_of_one_stiffness(problem, result)
+        self._set_estimates(names, ends, profiles)
+        self._set_residuals(problem, noise, freedom)
+        reference = {"reference_compression": REFERENCE_COMPRESSION} if problem.sized else {}
+        self.values = {"law": 2, **reference, **inputs(result.params.valuesdict(), data.impact)}
+        targets = [name for name in TARGETS if problem.sized or name in RESTITUTION]
+        self.predicted = compute_scalars(targets, self.values)
+        self.linear: Calibration | None = None
+        if not alone and self.exponent != 1.0 and data.sized:
+            progress(50.0, "Kelvin–Voigt")
+            with suppress(UserError):  # with too few measurements
+                self.linear = Calibration(data, {**fixed, "exponent": 1.0}, alone=True)
+        self.speeds = _SPEEDS
         self.predictions: dict[str, Interval] = {}
         with suppress(UserError):  # a steep line of COR may end below these speeds
-            self.predictions = self.predict(self.speeds)
+            self.predictions = self.predict(_SPEEDS)
+
+    def _set_estimates(
+        self, names: Sequence[str], ends: Mapping[str, Estimate], profiles: Mapping[str, Any]
+    ) -> None:
+        """Values, errors and intervals of the parameters, and their covariance."""
+        result = self.result
+
+        def estimate(name: str, unit: float = 1.0, zero: float = 0.0) -> Estimate:
+            one = result.params[name]
+            value, error = zero + unit * one.value, unit * one.stderr
+            half = self.coverage * error
+            return Estimate(value, error, profiles.get(name, (value - half, value + half)))
+
+        self.parameters = {name: ends.get(name) or estimate(name) for name in names}
+        self.curves = {
+            curve: {
+                of: estimate(of + one.suffix, unit, one.origin if of == "touch" else 0.0)
+                for of, unit in UNITS.items()
+                if of + one.suffix in result.params
+            }
+            for curve, one in self.data.curves.items()
+        }
+        # The row of one at its limit is 0.
+        at = [result.var_names.index(name) if name in result.var_names else -1 for name in names]
+        self.covariance = np.pad(result.covar, (0, 1))[np.ix_(at, at)]
+        errors = np.array([one.standard_error or math.inf for one in self.parameters.values()])
+        self.correlations = self.covariance / np.outer(errors, errors)
+
+    def _set_residuals(self, problem: Problem, sigma: dict[str, np.ndarray], freedom: int) -> None:
+        """Residuals with the σ of the noise, and the statistics of the fit."""
+        data, problem.sigma, self.sigma = self.data, sigma, sigma
+        rows = problem.residual(self.result.params)
+        self.residuals = problem.split(rows)
+        self.chi_squared, self.degrees_of_freedom = float(rows @ rows), freedom
+        tested = freedom > 0 and not data.estimated
+        self.probability = chance_of(self.chi_squared, freedom) if tested else None
+        logarithms = sum(float(np.log(one).sum()) for one in sigma.values())
+        self.aic = self.chi_squared + 2.0 * logarithms + 2.0 * (len(rows) - freedom)
+        self.rms = {
+            name: math.sqrt(np.mean((self.residuals[name] * sigma[name]) ** 2))
+            for name in data.series
+        }
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether residuals are rounding, of which a comparison of laws would be one."""
+        exact = [self.rms[n] < 1e-6 * one.signal.max() for n, one in self.data.series.items()]
+        return all([*exact, np.abs(self.residuals.get("targets", 0.0)).max() < 0.01])
 
     def predict(self, club_speeds: float | Sequence[float] | np.ndarray) -> dict[str, Interval]:
         """S, COR and ball speed (m/s) at club speeds (m/s, any shape), with 95 % intervals.
@@ -122,13 +219,13 @@ class Calibration(Fit):
     @property
     def ball(self) -> Ball:
         """The ball that was found; `**ball.values` are inputs and parameters of the FMU."""
-        data, values, measured = self.data, self.values, [*self.data.targets.measured]
+        data, values, measured = self.data, self.values, [*self.data.scalars.targets]
         for one in data.series.values():
             # Each curve has conditions of its own.
             at = f" ({report.describe_impact(one.impact)})" if isinstance(one, Curve) else ""
             measured.append(f"{len(one.y)} rows of {one.name}{at}")
         source = f"golf-impact calibrate: {', '.join(measured)}"
-        if data.targets.measured:
+        if data.scalars.targets:
             source += f"; {report.describe_impact(data.impact)}"
         # The impact isn't part of the ball, but for a mass of its own.
         own_mass = values["m_ball"] != IMPACT["m_ball"]
@@ -182,7 +279,7 @@ class Calibration(Fit):
         found = [f"  {name} = {text}" for name, text, _ in self.tables()[0][2]]
         square = self.chi_squared if self.chi_squared >= 5e-4 else 0.0
         freedom = f"degrees of freedom {self.degrees_of_freedom}"
-        title = f"Calibration: {self.title} (law {self.law.law})"
+        title = f"Calibration: {self.title} (law 2)"
         return "\n".join([title, *found, f"  χ² = {square:.3f}, {freedom}"])
 
     words = property(report.sentences)
@@ -247,9 +344,29 @@ def calibrate(
         for given in (fix, prior)
     )
     if other := [name for name in fixed if name not in RANGES]:
-        raise UserError(f"fix {other[0]} is refused: choose from n, {', '.join(RANGES)}")
-    fixed = {name: number(value, name, "fix") for name, value in fixed.items()}
-    exponent = fixed.pop("exponent", "free" if "exponent" in priors else exponent)
-    chosen = ContactLaw.of(exponent)
+        name, why = other[0], f"choose from n, {', '.join(RANGES)}"
+        raise refused(name, fixed[name], why, f"fix {name}")
+    if "exponent" not in {**fixed, **priors} and exponent != "free":
+        fixed["exponent"] = exponent
+    fixed = {name: number(value, name, "fix" if fix else "") for name, value in fixed.items()}
     data = measurements(scalars, curve, cor_speeds, columns, baseline, priors, window, shots)
-    return Calibration(data, chosen, progress, fixed)
+    return Calibration(data, fixed, progress)
+
+
+def _chance_of_one_stiffness(problem: Problem, result: Any) -> float:
+    """The probability that stiffnesses of several curves differ as much by chance.
+
+    By the fall of χ², linearly, if each curve had its own.
+    """
+    curves = [*problem.data.curves][1:]
+    if not curves or "k" not in result.var_names:
+        return 1.0
+    of_k = problem.split(result.jac[:, result.var_names.index("k")])
+    own = [
+        np.concatenate([rows * (part == curve) for part, rows in of_k.items()]) for curve in curves
+    ]
+    every = np.column_stack([result.jac, *own])
+    scales = np.linalg.norm(every, axis=0)
+    change = np.linalg.lstsq(every / scales, result.residual)[0]
+    left = result.residual - every / scales @ change
+    return chance_of(float(result.residual @ result.residual - left @ left), len(curves))

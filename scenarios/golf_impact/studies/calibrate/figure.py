@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from golf_impact.data.quantities import QUANTITIES
-from golf_impact.studies.calibrate.series import TARGETS
+from golf_impact.studies.calibrate.measurements import TARGETS
 
 _LABELS = {
     "curve": ("time since touch (µs)", "contact force (N)", "fit − measured (N)"),
@@ -26,7 +26,7 @@ def draw(fit: Any) -> Figure:
     """A column for the force, one for COR over speed, one for the scalars' residuals."""
     data = fit.data
     columns = [[name, f"{name} residuals"] for name in data.series]
-    columns += [["targets", "targets"]] * bool(data.targets.measured)
+    columns += [["targets", "targets"]] * bool(data.scalars.targets)
     figure, axes = plt.subplot_mosaic(
         [list(row) for row in zip(*columns)],
         figsize=(max(7.2, 5.4 * len(columns)), 5.6),
@@ -60,12 +60,12 @@ def draw(fit: Any) -> Figure:
         below.set(xlabel=time, ylabel=difference, xlim=limits)
         for one in (above, below):
             one.legend(loc="upper right", fontsize=9)
-    if data.targets.measured:
-        residuals, one = fit.residuals["targets"], axes["targets"]
+    if data.scalars.targets:
+        residuals, one = fit.residuals["targets"][: len(data.scalars.targets)], axes["targets"]
         one.axvspan(-1.96, 1.96, color="black", alpha=0.1, lw=0)
         one.axvline(0.0, color="black", lw=1.0)
         one.plot(residuals, range(len(residuals)), "o", ms=7)
-        outputs = {name: QUANTITIES.get(TARGETS[name]) for name in data.targets.measured}
+        outputs = {name: QUANTITIES.get(TARGETS[name]) for name in data.scalars.targets}
         names = [known.plain if known else name for name, known in outputs.items()]
         one.set_yticks(range(len(names)), names)
         one.set_ylim(len(names) - 0.5, -0.5)

@@ -19,8 +19,7 @@ from golf_impact.data.quantities import (
 )
 from golf_impact.data.units import unit_of
 from golf_impact.studies.calibrate.fit import Estimate, enlargement
-from golf_impact.studies.calibrate.measurements import DEFAULT_SIGMA
-from golf_impact.studies.calibrate.series import BASELINES, IMPACT, TARGETS
+from golf_impact.studies.calibrate.measurements import BASELINES, DEFAULT_SIGMA, IMPACT, TARGETS
 
 #: What is worth a sentence: a χ² that law and σ exceed less often, an AIC lower by this.
 _UNLIKELY, _BETTER = 0.01, 2.0
@@ -34,8 +33,7 @@ Table = tuple[str, list[str], list[list[str]]]
 
 def describe_impact(impact: Mapping[str, float]) -> str:
     """The impact in which scalars or a curve were measured."""
-    words = "{club_speed:g} m/s, club {m_club:g} kg, ball {m_ball:g} kg".format(**impact)
-    return words + (f", head pushed by {impact['club_force']:g} N" if impact["club_force"] else "")
+    return "{club_speed:g} m/s, club {m_club:g} kg, ball {m_ball:g} kg".format(**impact)
 
 
 def describe_limits(parameters: Mapping[str, Estimate]) -> dict[str, str]:
@@ -54,22 +52,21 @@ def sentences(fit: Any) -> list[str]:
     for name, end in describe_limits(fit.parameters).items():
         limit = f"{name} is at its limit {fit.parameters[name].limit:g}"
         words.append(f"{limit}: check club speed and mass. Its 95 % interval is one-sided, {end}.")
-    if default := [name for name, one in data.targets.measured.items() if not one.stated]:
+    if default := [name for name, one in data.scalars.measured.items() if not one.stated]:
         words.append(f"σ is taken as {DEFAULT_SIGMA * 100:g} % of {', '.join(default)}.")
-    for name, curve in data.curves.items():
-        words += [f"{curve.name}: {note}." for note in (*curve.notes, _baseline(fit, name))]
-        if curve.step > 0.01 * curve.signal.max():
-            words.append(f"{curve.name} is resolved in steps of {curve.step:.3g} N.")
-    if data.cor_speeds:
-        words += [f"{data.cor_speeds.name}: {note}." for note in data.cor_speeds.notes]
-    if not data.sized and "k" not in fit.values:
+    for name, series in data.series.items():
+        notes = [*series.notes, *([_baseline(fit, name)] if name in data.curves else [])]
+        words += [f"{series.name}: {note}." for note in notes]
+        if series.step > 0.01 * series.signal.max():
+            words.append(f"{series.name} is resolved in steps of {series.step:.3g} N.")
+        if name in data.estimated:
+            sigma = f"{fit.sigma[name][0]:.3g}, follows from its residuals"
+            words.append(f"σ of {series.name}, {sigma}; so χ² doesn't test the law.")
+    if "k" not in fit.values:
         words.append(
             "k is undetermined: COR doesn't depend on it, so force, contact time and compression "
             "don't follow; measure --curve or --measured contact_time=…."
         )
-    for name in fit.estimated:
-        sigma = f"{fit.sigma[name][0]:.3g}, follows from its residuals"
-        words.append(f"σ of {data.series[name].name}, {sigma}; so χ² doesn't test the law.")
     square = f"χ² = {_chi(fit.chi_squared)} with {fit.degrees_of_freedom} degrees of freedom"
     if fit.probability is not None and fit.probability < _UNLIKELY:
         why = "the law is wrong, σ is too small, or measurements contradict each other"
@@ -83,23 +80,21 @@ def sentences(fit: Any) -> list[str]:
             met = f"can't meet them together ({square}) and comes as near as it can"
         words.append(f"No more targets than parameters: {fit.title} {met}.")
     for name, r in fit.row_correlations.items():
-        errors = f"enlarged by {enlargement(r):.2g}" if name in fit.estimated else "too small"
+        errors = f"enlarged by {enlargement(r):.2g}" if name in data.estimated else "too small"
         words.append(
             f"Residuals of the {name} are correlated ({r:.2f}): the law misses its shape, or the "
             f"noise is correlated; standard errors are {errors}."
             + " Try --exponent free."
-            * (fit.law.exponent is not None)
+            * (fit.exponent is not None)
         )
-    if fit.chance_apart < 0.05:
-        chance = "1 %" if fit.chance_apart < 0.01 else "5 %"
+    if (chance := fit.chance_of_one_stiffness) < 0.05:
         words.append(
-            f"The curves differ by more than noise in k (probability below {chance}; club speeds "
-            "and masses count as exact)."
+            "The curves differ by more than noise in k (probability below "
+            f"{1 if chance < 0.01 else 5} %; club speeds and masses count as exact)."
         )
-    better = min((fit, *fit.fits), key=lambda other: other.aic)
-    if fit.aic - better.aic > _BETTER and not fit.is_exact:
-        lower = f"its AIC is lower by {fit.aic - better.aic:.3g}"
-        words.append(f"{better.title} describes these measurements better: {lower}.")
+    if (other := fit.linear) and fit.aic - other.aic > _BETTER and not fit.is_exact:
+        lower = f"its AIC is lower by {fit.aic - other.aic:.3g}"
+        words.append(f"{other.title} describes these measurements better: {lower}.")
     names = [*fit.parameters]
     pairs = [
         f"C({names[m]}, {names[n]}) = {fit.correlations[m, n]:.2f}".replace("-", "−")
@@ -123,20 +118,20 @@ def _baseline(fit: Any, name: str) -> str:
 
 
 def tables(fit: Any) -> list[Table]:
-    """Parameters, measurements, predictions, and the comparison of laws; none is empty."""
+    """Parameters, measurements, predictions, and n = 1 beside them; none is empty."""
     data = fit.data
     square = f"χ² = {_chi(fit.chi_squared)}, degrees of freedom {fit.degrees_of_freedom}"
     at = f"{len(data.curves)} curves" if len(data.curves) > 1 else describe_impact(data.impact)
-    if not data.curves and not data.targets.measured:
+    if not data.curves and not data.scalars.measured:
         at = "COR over speed"
     labels = [QUANTITIES[name].label for name in fit.predictions]
     size = "rms residual (N)" if data.curves else "χ²"
-    title, predictions = f"{fit.title} (law {fit.law.law})", "Predictions with 95 % intervals"
     columns = ["", "measured", "σ", "model", "residual (σ)"]
+    predicted = "Predictions with 95 % intervals, if the law holds"
     found: list[Table] = [
-        (title, ["", "value ± standard error", "95 % interval"], _found(fit)),
+        (f"{fit.title} (law 2)", ["", "value ± standard error", "95 % interval"], _found(fit)),
         (f"Measurements, {at}: {square}", columns, _measured(fit)),
-        (f"{predictions}, if the law holds", ["club speed (m/s)", *labels, ""], _predictions(fit)),
+        (predicted, ["club speed (m/s)", *labels, ""], _predictions(fit)),
         ("Contact laws compared", ["", "parameters", size, "ΔAIC"], _laws(fit)),
     ]
     return [table for table in found if table[2]]
@@ -159,14 +154,14 @@ def _found(fit: Any) -> list[list[str]]:
 
 def _measured(fit: Any) -> list[list[str]]:
     data, rows = fit.data, []
-    priors = {f"{name} (prior)": one for name, one in data.priors.measured.items()}
-    scalars = {**data.targets.measured, **priors}
-    residuals = [*fit.residuals.get("targets", []), *fit.residuals.get("priors", [])]
-    for (name, (value, sigma, _)), off in zip(scalars.items(), residuals):
-        one = QUANTITIES.get(TARGETS.get(name, ""), Quantity(name, decimals=6))
-        measured, model = map(one.format_value, (value, value + off * sigma))
+    residuals = fit.residuals.get("targets", [])
+    for (name, (value, sigma, _)), off in zip(data.scalars.measured.items(), residuals):
+        label = name if name in TARGETS else f"{name} (prior)"
+        one = QUANTITIES.get(TARGETS.get(name, ""), Quantity(label, decimals=6))
         residual = f"{off:+.2f}" if abs(off) >= 0.005 else "0.00"
-        rows.append([one.label, measured, f"{sigma * one.factor:.2g}", model, residual])
+        model = one.format_value(value + off * sigma)
+        sigma = f"{sigma * one.factor:.2g}"
+        rows.append([one.label, one.format_value(value), sigma, model, residual])
     for name, series in data.series.items():
         text = f"rms {np.sqrt(np.mean(fit.residuals[name] ** 2)):.2f}"
         if name in data.curves:
@@ -178,9 +173,7 @@ def _measured(fit: Any) -> list[list[str]]:
 
 def _predictions(fit: Any) -> list[list[str]]:
     """At three club speeds; beside another one than measured what the interval doesn't contain."""
-    if not fit.predictions:
-        return []
-    rows = [[f"{speed:g}"] for speed in fit.speeds]
+    rows = [[f"{speed:g}"] for speed in fit.speeds] if fit.predictions else []
     for interval in fit.predictions.values():
         for row, value, low, high in zip(rows, *interval):
             text = format_with_error(value, high - value)
@@ -202,26 +195,24 @@ def _predictions(fit: Any) -> list[list[str]]:
 
 
 def _laws(fit: Any) -> list[list[str]]:
-    # Nothing is ranked by rounding.
-    least = min((law.aic for law in fit.fits if not law.is_exact), default=0.0)
-    exact, rows = any(law.is_exact for law in fit.fits), []
-    for law in fit.fits:
-        values = ", ".join(f"{name} = {one.value:.4g}" for name, one in law.parameters.items())
-        curves = ", ".join(f"{law.rms[name]:.4g}" for name in fit.data.curves)
-        delta = "exact" if law.is_exact else "–" if exact else f"{law.aic - least:.4g}"
-        rows.append([law.law.title, values, curves or _chi(law.chi_squared), delta])
+    if not fit.linear:
+        return []
+    fits, rows = (fit.linear, fit), []
+    least = min(one.aic for one in fits)
+    for one in fits:
+        values = ", ".join(f"{name} = {found.value:.4g}" for name, found in one.parameters.items())
+        size = ", ".join(f"{one.rms[name]:.4g}" for name in fit.data.curves) or _chi(
+            one.chi_squared
+        )
+        # Nothing is ranked by rounding.
+        delta = "exact" if one.is_exact else "–" if fit.is_exact else f"{one.aic - least:.4g}"
+        rows.append([one.title, values, size, delta])
     return rows
 
 
 def as_json(fit: Any) -> dict[str, Any]:
     """All of it, for calibrate.json (SI units); null where something isn't defined."""
     data = fit.data
-    measured = zip(data.targets.measured.items(), fit.residuals.get("targets", ()))
-    targets = [
-        {"name": name, "target": one.value, "sigma": one.sigma, "sigma_given": one.stated}
-        | {"model": fit.predicted[name], "residual": float(off)}
-        for (name, one), off in measured
-    ]
     series: dict[str, dict[str, Any]] = {}
     for name, one in data.series.items():
         sigma = {"sigma": float(fit.sigma[name].mean()), "sigma_given": one.sigma is not None}
@@ -230,6 +221,12 @@ def as_json(fit: Any) -> dict[str, Any]:
             own = {of: found.as_json() for of, found in fit.curves[name].items()}
             series[name] |= {"conditions": dict(one.impact), "touch_time": own.pop("touch")}
             series[name] |= {"baseline": BASELINES[len(one.baseline)], **own}
+    measured = zip(data.scalars.measured.items(), fit.residuals.get("targets", []))
+    targets = [
+        {"name": name, "target": one.value, "sigma": one.sigma, "sigma_given": one.stated}
+        | {"model": one.value + one.sigma * float(off), "residual": float(off)}
+        for (name, one), off in measured
+    ]
     predictions: list[dict[str, Any]] = [{"club_speed": v} for v in fit.speeds.tolist()]
     for name, interval in fit.predictions.items():
         for row, *ends in zip(predictions, *(part.tolist() for part in interval)):
@@ -238,23 +235,36 @@ def as_json(fit: Any) -> dict[str, Any]:
         "version": VERSION,
         "command": fit.command,
         "conditions": {name: fit.values[name] for name in IMPACT},
-        **fit.numbers(),
+        **_numbers(fit),
         "touch_time": series["curve"]["touch_time"] if data.curves else None,
         "targets": targets,
         "series": series,
-        "priors": {name: one._asdict() for name, one in data.priors.measured.items()},
         "predictions": predictions,
         "notes": sentences(fit),
-        "comparison": [law.numbers() for law in fit.fits],
-        "chance_of_one_stiffness": fit.chance_apart,
+        "comparison": [_numbers(one) for one in (fit.linear, fit) if fit.linear],
+        "chance_of_one_stiffness": fit.chance_of_one_stiffness,
+    }
+
+
+def _numbers(fit: Any) -> dict[str, Any]:
+    """The part of calibrate.json that every fit has."""
+    names = ("predicted", "chi_squared", "degrees_of_freedom", "probability", "aic", "rms")
+    return {
+        "title": fit.title,
+        "law": 2,
+        "exponent": fit.values.get("exponent"),
+        "parameters": {name: one.as_json() for name, one in fit.parameters.items()},
+        "covariance": fit.covariance.tolist(),
+        "correlations": fit.correlations.tolist(),
+        **{name: getattr(fit, name) for name in names},
     }
 
 
 def _quantity(name: str) -> Quantity:
-    """A parameter; k also of one curve, in a name such as k_2."""
+    """How a parameter is printed, also one of a curve, such as offset_2."""
     if name.startswith("touch"):
         return Quantity(name, unit="µs", factor=1e6)
-    of_curve = {"offset": "N", "drift": "N/s", "k": "N/m"}
+    of_curve = {"offset": "N", "drift": "N/s"}
     return Quantity(name, unit=of_curve.get(name.partition("_")[0]) or format_unit(unit_of(name)))
 
 
