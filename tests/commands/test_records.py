@@ -112,6 +112,44 @@ TABLES = {
         "1 [2 kN/V]",
         [[-0.05, -0.049999], [1000, 2000]],
     ),
+    "units above": (
+        "Horizontal Units,s,\nVertical Units,mV,mV\nTIME,CH1,CH2\n0,9,1\n1,9,2\n",
+        "TIME,CH2 [2 kN/V]",
+        [[0, 1], [2, 4]],
+    ),
+    "sensors below units": (
+        "Zeit  1\tKraft\t\nKein Sensor\tS9\t\ns\tkN\t\nNullwert: 0\tNullwert: 0,1\t\n"
+        "Abtastrate: 1 Hz\tAbtastrate: 1 Hz\t\n0,001\t1,5\t\n0,002\t2,5\t\n",
+        "",
+        [[1e-3, 2e-3], [1500, 2500]],
+    ),
+    "a start that is a clock time": (
+        "Sample Rate (kHz),50\nStart Time,10:00:00\nForce (N)\n1\n2\n",
+        "",
+        [[0, 2e-5], [1, 2]],
+    ),
+    "origin": (
+        "Type:,RAW\nXInc:,4e-6\nXOrg:,-1e-4\nData:\n0.5\n1\n",
+        "1 [2 kN/V]",
+        [[-1e-4, -9.6e-5], [1000, 2000]],
+    ),
+    "trace names": (
+        '"TraceName","CH1","CH2"\n"VUnit","V","kN"\n"HResolution",4e-6,4e-6\n'
+        '"HOffset",-1e-4,-1e-4\n"HUnit","s","s"\n\n,9,1\n,9,2\n',
+        "row,CH2",
+        [[-1e-4, -9.6e-5], [1e3, 2e3]],
+    ),
+    "in": ("in s,CH1 in V\n0,1\n1,2\n", "1,CH1 [2 kN/V]", [[0, 1], [2e3, 4e3]]),
+    "separator": (
+        "sep=;\nZeit in ms;Kraft in N\n0,5;1.250,5\n1;2\n",
+        "",
+        [[5e-4, 1e-3], [1250.5, 2]],
+    ),
+    "two rates": (
+        "t 1 [s];F [N];t 2 [s];T [°C]\n0;1;0;20\n1;2;;\n2;3;;\n3;4;;\n",
+        "t 1,F",
+        [[0, 1, 2, 3], [1, 2, 3, 4]],
+    ),
     "overflow": ("time,force\n0,1\n1,9.9E+37\n2,3\n", "", [[0, 2], [1, 3]]),
 }
 
@@ -138,6 +176,14 @@ REFUSED = [
     (CURVE, "0,1,5\n1,2,5\n", "no header", "--columns"),
     (CURVE, "Drop test\n0,1\n1,2\n", "'Drop test'", "no header of 2 columns"),
     (CURVE, "time,force [pC/N]\n0,1\n1,2\n", "the unit 'pC/N'"),
+    (CURVE, "Index,Force\n0,5\n1,6\n2,7\n", "'Index' counts rows", "row [1.2 us]"),
+    (CURVE, "Interval (ms);4\nKraft (kN)\n0,1\n0,15\n", "'Kraft (kN)'", "no header of 2 columns"),
+    (
+        CURVE,
+        "time,force\n0,1\n1,2\n2,2\n3,2\n4,2\n\n#2,x\ntime,force\n0,1\n",
+        "line 8",
+        "2 rows can't be read",
+    ),
     (CURVE, "time,force\n12:01:33.1,1\n12:01:33.2,2\n", "line 2", "a clock time"),
     (f"{CURVE} --window 2:1", "time,force\n0,1\n1,2\n", "its end must be after"),
     ("--shots bad.csv", "Club Speed,Ball Speed\n40,60\n45,66\n46,67\n", "m/s or mph"),
