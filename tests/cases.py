@@ -14,10 +14,10 @@ from golf_physics.variables import SETTABLE
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 
+from golf_impact.data.runs import reduced_mass
 from golf_impact.evidence import scales
 from golf_impact.evidence.random_impacts import critical_damping
 from golf_impact.evidence.reference import Reference, mp
-from golf_impact.evidence.scales import reduced_mass
 
 DEFAULTS = {row.name: row.start for row in SETTABLE.values()}
 

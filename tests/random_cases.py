@@ -7,12 +7,12 @@ import numpy as np
 from cases import DEFAULTS, Case
 from compare import to_15_digits
 
+from golf_impact.data.runs import reduced_mass
 from golf_impact.evidence.random_impacts import (
     contact_time_of_law_2,
     critical_damping,
     random_impact,
 )
-from golf_impact.evidence.scales import reduced_mass
 
 
 def golf(number):

@@ -56,11 +56,18 @@ def horizon(values: Mapping[str, float]) -> float:
     return step if 0.0 < step < math.inf else HORIZON
 
 
+def reduced_mass(values: Mapping[str, float]) -> float:
+    """μ = m_C m_B / (m_C + m_B), kg, of inputs and parameters by name."""
+    m_club, m_ball = values["m_club"], values["m_ball"]
+    return m_club * (m_ball / (m_club + m_ball))
+
+
 def half_period(values: Mapping[str, float]) -> float:
     """The contact time without damping, s: π √(μ/k); an estimate if the exponent isn't 1."""
     m_club, m_ball, k, n = _numbers(values, "m_club", "m_ball", "k", "exponent")
     club, ball, d_r = _numbers(values, "club_speed", "ball_speed", "reference_compression")
-    period = math.pi * math.sqrt(m_club * (m_ball / (m_club + m_ball)) / k)
+    mu = reduced_mass({"m_club": m_club, "m_ball": m_ball})
+    period = math.pi * math.sqrt(mu / k)
     closing = abs(club - ball)
     if not (n > 1.0 and closing > SLOWEST):
         return period

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import accumulate, pairwise
 from typing import NamedTuple
 
-from golf_impact.evidence.scales import reduced_mass
+from golf_impact.data.runs import reduced_mass
 
 #: The document's impact.
 BASELINE = {"k": 1e6, "b": 9.0, "club_speed": 35.0, "ball_speed": 0.0, "gap": 0.0}

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import mpmath
 
-from golf_impact.evidence.scales import reduced_mass
+from golf_impact.data.runs import reduced_mass
 
 mp: Any = mpmath.mp.clone()  # a context of its own: the precision of others is unchanged
 mp.dps = 80

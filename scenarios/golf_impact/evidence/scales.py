@@ -6,18 +6,14 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+from golf_impact.data.runs import reduced_mass
+
 _PLACES = ("club_position", "ball_position")
 _LARGEST = ("max_force", "max_compression", "impulse", "contact_time")
 _AFTER = ("club_velocity", "ball_velocity", "kinetic_energy")
 
 #: For every error without unit.
 TOLERANCE = 1e-13
-
-
-def reduced_mass(values: Mapping[str, float]) -> float:
-    """μ = m_C m_B / (m_C + m_B), kg, of inputs and parameters by name."""
-    m_club, m_ball = values["m_club"], values["m_ball"]
-    return m_club * (m_ball / (m_club + m_ball))
 
 
 @dataclass(frozen=True)

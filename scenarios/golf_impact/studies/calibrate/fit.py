@@ -13,12 +13,12 @@ import numpy as np
 from scipy.special import chdtrc
 
 from golf_impact.data.errors import UserError
+from golf_impact.data.runs import reduced_mass
 from golf_impact.studies.calibrate.measurements import (
     IMPACT,
     RESTITUTION,
     UNITS,
     Measurements,
-    reduced_mass,
 )
 from golf_impact.studies.intervals import RANGES, ends_of, step_of
 

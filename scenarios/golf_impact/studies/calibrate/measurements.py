@@ -17,6 +17,7 @@ from scipy.interpolate import CubicSpline
 from golf_impact.api import run_impact, run_trajectory
 from golf_impact.data import units
 from golf_impact.data.errors import UserError, refused, unknown_name
+from golf_impact.data.runs import reduced_mass
 from golf_impact.data.units import SYMBOLS, unit_of
 from golf_impact.studies.calibrate import records
 from golf_impact.studies.calibrate.records import read_table
@@ -84,11 +85,6 @@ def inputs(values: Values, impact: Mapping[str, float]) -> dict[str, Any]:
     """Inputs and parameters of the FMU: of law 2, and of an impact as far as it isn't fitted."""
     fitted = {name: values[name] for name in (*RANGES, *IMPACT) if name in values}
     return {"law": 2, **impact, **fitted}
-
-
-def reduced_mass(impact: Mapping[str, float]) -> float:
-    """Of club and ball."""
-    return 1.0 / (1.0 / impact["m_club"] + 1.0 / impact["m_ball"])
 
 
 def compute_scalars(names: Sequence[str], values: Values) -> dict[str, float]:
