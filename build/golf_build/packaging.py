@@ -22,8 +22,7 @@ import golf_physics
 from golf_physics.variables import Variable
 
 from golf_build.archive import SUMS, checksums, scratch, unpack, write_archive
-from golf_build.description import model_description
-from golf_build.description import render as render
+from golf_build.description import model_description, render
 from golf_build.sources import PHYSICS, fmu_source
 
 HERE = Path(__file__).resolve().parent

@@ -17,8 +17,9 @@ from golf_physics.variables import LARGEST, Unit, Variable
 
 from golf_build import fmi2
 from golf_build.archive import pack, unpack, write_archive
+from golf_build.description import render
 from golf_build.native import BUILDERS as NATIVE
-from golf_build.packaging import HERE, Builder, PythonBuilder, guid_in, render
+from golf_build.packaging import HERE, Builder, PythonBuilder, guid_in
 from golf_build.sources import fmu_source
 
 if sys.version_info >= (3, 11):
@@ -128,7 +129,7 @@ class System:
             return None
 
     def build(self, out: Path, native: bool = False) -> Path:
-        """Write the .ssp; OSError: it can't be, NativeError: no native FMUs on this machine."""
+        """Write the .ssp; OSError: it can't be, UserError: no native FMUs on this machine."""
         files = {"SystemStructure.ssd": self.structure()}
         for name, builder in self.builders(native).items():
             files[f"resources/{name}.fmu"] = pack(builder.files())

@@ -10,7 +10,7 @@ from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
-from golf_build.packaging import render
+from golf_build.description import render
 from golf_impact.data import document
 from golf_impact.data.balls import BALLS
 from golf_impact.data.errors import UserError

@@ -44,8 +44,7 @@ _RANGES = {
 #: two more. Resamples of these points, from which the intervals are.
 _POINTS, _RESAMPLES = 4096, 200
 
-#: Values of a grid (SI units; names of balls), or a frozen distribution
-#: of SciPy.
+#: Values of a grid (SI units; names of balls), or a frozen distribution of SciPy.
 Axis = Any
 
 
