@@ -4,6 +4,8 @@ import pytest
 from cases import CASES, POWER_LAW, exact, golden, integrated
 from conftest import some
 
+from golf_impact.data.quantities import START
+from golf_impact.data.runs import reduced_mass
 from golf_impact.evidence.reference import Reference, mp
 
 
@@ -52,3 +54,15 @@ def test_the_reference_and_dop853_agree(name):
         expected = float(exact(name)[output])
         tolerance = {"max_force": 1e-8, "impulse": 1e-10}.get(output, 1e-9)
         assert abs(value - expected) <= tolerance * scales.get(output, abs(expected)), output
+
+
+@pytest.mark.parametrize("n", [1.5, 12.0])
+def test_an_elastic_power_law_by_the_gamma_function(n):
+    """From μ v²/2 = k d_r^(1-n) d^(n+1)/(n+1) at the largest compression d, where half is over."""
+    v = {name: mp.mpf(x) for name, x in (START | {"law": 2, "b": 0.0, "exponent": n}).items()}
+    share, mu = 1 / (v["exponent"] + 1), reduced_mass(v)
+    d_r, speed = v["reference_compression"], v["club_speed"]
+    deepest = d_r * (mu * speed**2 / (2 * share * v["k"] * d_r**2)) ** share
+    time = 2 * deepest / speed * mp.sqrt(mp.pi) * mp.gamma(1 + share) / mp.gamma(share + 0.5)
+    expected = {"contact_time": time, "time_of_max_force": time / 2, "max_compression": deepest}
+    agree(Reference(v).outputs(1), expected | {"coefficient_of_restitution": mp.one}, 1e-28)

@@ -145,6 +145,7 @@ class _PowerLawContact:
 
     Velocities are those of a linear contact with k = μ in a time σ. Its compression over the
     approach speed is x = (d/length)^m, m = (n + 1)/2, and dt = x^-P dσ/ω, P = (n - 1)/(n + 1).
+    Without damping x is 0 at the end, where its sign is rounding.
     """
 
     def __init__(self, v: Mapping[str, Real], state: Sequence[Real]) -> None:
@@ -162,11 +163,15 @@ class _PowerLawContact:
             closer = linear.v_club(x) - linear.v_ball(x)
             return self.power * closer * linear.force(x) + linear.d(x) * slope(x)
 
-        self.peak = _root(rise, (self.end * mp.mpf(10) ** -30, self.end))
+        # Without damping the second half mirrors the first, and `rise` is 0 at the end, too.
+        first = (self.end * mp.mpf(10) ** -30, self.end)
+        self.peak = _root(rise, first) if self.zeta else self.end / 2
         self.duration, self._sigma = self._time(self.end), cache(self._sigma_at)
 
     def _time(self, sigma: Real) -> Real:
         """From touch on: σ = z^m removes the singularity there."""
+        if not self.zeta and 2 * sigma > self.end:
+            return 2 * self._time(self.end / 2) - self._time(self.end - sigma)
         cuts = [min(sigma, 1 / max(1, self.zeta))]
         while cuts[-1] < sigma:
             cuts.append(min(2 * cuts[-1], sigma))
@@ -186,14 +191,14 @@ class _PowerLawContact:
         return _root(lambda x: self._time(x) / t - 1, (mp.zero, self.end), tol=1e-28)
 
     def _force(self, sigma: Real) -> Real:
-        x = self.linear.d(sigma) / self.closing
+        x = abs(self.linear.d(sigma)) / self.closing
         return self.omega * x**self.power * self.linear.force(sigma)
 
     def at(self, t: Real) -> tuple[Real, ...]:
         """As of a linear contact."""
         sigma = self._sigma(t)
         x, v_club, v_ball, _, _, impulse = self.linear.at(sigma)
-        d = self.length * (x / self.closing) ** (1 / self.m)
+        d = self.length * (abs(x) / self.closing) ** (1 / self.m)
         return d, v_club, v_ball, self.drift * t - self.share * d, self._force(sigma), impulse
 
     def maxima(self, t: Real) -> tuple[Real, ...]:
