@@ -286,6 +286,11 @@ def test_samples_over_a_grid_and_alone(axes):
         assert (sum(heights), len(heights)) == (100, 10)
         assert sum(map(bool, heights)) <= bars
         assert axes.get_title("left") == "100 samples\nlaw 1, b = 9 N·s/m"
+    # The title counts those that are shown.
+    axes.clear()
+    assert draw(Sum({"k": "normal:1e6:1e5"}, ["max_force"], 150_000), axes)
+    assert sum(bar.get_height() for bar in axes.patches) == 100_000
+    assert axes.get_title("left").startswith("100,000 samples")
 
 
 @pytest.mark.parametrize(

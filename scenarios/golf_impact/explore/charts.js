@@ -9,7 +9,7 @@ const AXES = {
 const bodies = (what) => [[`club_${what}`, "club", "club"], [`ball_${what}`, "ball", "ball"]]
 const energies = ["ball", "spring", "club", "lost"].map((name) => [`${name}_energy`, name, name])
 
-// By name: title, axes, columns with class and label, what is filled (below a line, or areas upon each other), room above the data, level.
+// By name: title, axes, columns with class and label, what is filled (below a line, or areas upon each other), margin above the data, level.
 const CHARTS = {
   force: {title: "Contact force", x: "time", y: "force", columns: [["force", "ball", ""]], fill: "area", margin: 1.2},
   loop: {title: "Force over compression", x: "compression", y: "force", columns: [["force", "ball", ""]], fill: "area", margin: 1.2, level: "all"},

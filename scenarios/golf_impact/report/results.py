@@ -182,7 +182,7 @@ def plot_forces(curves: Mapping[str, Mapping[str, Any]], title: str) -> "Figure"
             axes.plot(path["time"] * 1e6, path["force"] / 1e3, label=label)
         axes.set(title=title, xlabel="time (µs)", ylabel="contact force (kN)")
         highest = max(path["force"].max() for path in curves.values())
-        # Room above the curves for their labels.
+        # A margin above the curves for their labels.
         axes.set_ylim(0.0, (1.1 + 0.1 * len(curves)) * highest / 1e3 or None)
         axes.legend()
     return figure

@@ -55,7 +55,7 @@ def draw(design: Design, axes: Axes, impact: Impact | None = None) -> bool:
         places[name] = np.linspace(0, len(x) - 1, number).round().astype(int)
     if amounts:
         places[along] = np.argsort(grid[along])[places[along]]
-    samples = min(design.shape[-1], _CASES // prod(map(len, places.values())) + 1)
+    samples = min(design.shape[-1], max(1, _CASES // prod(map(len, places.values()))))
     cases = np.ravel_multi_index(np.ix_(*places.values(), range(samples)), design.shape)
     found = design.run(design.columns(cases.ravel()), impact)
     table = {name: np.where(found.refused, np.nan, found[name]) for name in design.outputs}
@@ -66,7 +66,7 @@ def draw(design: Design, axes: Axes, impact: Impact | None = None) -> bool:
         return False
     if not along:
         _draw_samples(values[np.isfinite(values)], axes)
-        _label(axes, f"{design.cases:,} samples", design, (), output.plain, "samples")
+        _label(axes, f"{samples:,} samples", design, (), output.plain, "samples")
         return True
     lines = np.moveaxis(values, [*grid].index(along), -2).reshape(-1, len(places[along]), samples)
     labels = [_in_words(of, x) for x in grid[of][places[of]]] if of else [""]
