@@ -84,9 +84,10 @@ def _located(path: Path) -> Iterator[None]:
     """Errors in a script become UserErrors in one line, with the position in it."""
     try:
         yield
-    except UnavailableError:
-        raise
     except (Exception, SystemExit) as error:
+        # One of ours is left out then; a user's doesn't go missing among others.
+        if isinstance(error, UnavailableError) and path.parent == FOLDER:
+            raise
         frames = traceback.extract_tb(error.__traceback__)
         lines = [frame.lineno for frame in frames if frame.filename == str(path)]
         line = error.lineno if isinstance(error, SyntaxError) else (lines or [None])[-1]
