@@ -465,36 +465,6 @@ def test_without_lmfit():
     refused(done, "needs lmfit", install_command("calibrate"))
 
 
-def test_what_cor_alone_leaves_open(tmp_path):
-    """Shots of a launch monitor: mishits are left out, k stays undetermined for all readers."""
-    draw, speeds = np.random.default_rng(1), np.linspace(38.0, 52.0, 40)
-    cors = PENNER["restitution_at_rest"] - PENNER["restitution_slope"] * speeds
-    smash = (1.0 + cors + draw.normal(0.0, 0.004, 40)) / (1.0 + 0.04593 / 0.2)
-    smash[[3, 9]] -= 0.12
-    rows = [
-        f"{n},{u / MPH:.1f},{u * s / MPH:.1f}" for n, (u, s) in enumerate(zip(speeds, smash), 1)
-    ]
-    text = "\n".join(["Shot,Club Speed,Ball Speed", ",[mph],[mph]", *rows, "Average,,101,147"])
-    (tmp_path / "shots.csv").write_text(text)
-    given = "--shots", "shots.csv", "--m-club", "200g", "--save", "m.toml", "--no-figures"
-    done = golf_here("calibrate", *given, "--out", ".", cwd=tmp_path, code=0)
-    words = " ".join(done.stdout.split())
-    assert "of 40 shots are left out" in words
-    assert "k is undetermined" in words
-    ball = golf_impact.read_ball(tmp_path / "m.toml")
-    assert (ball.undetermined, ball.conditions) == (("k",), {"m_club": 0.2})
-    assert ball.speeds == pytest.approx((38.0, 52.0), abs=0.1)
-    written = json.loads((tmp_path / "calibrate.json").read_text())["parameters"]
-    for name, one in written.items():
-        assert abs(one["value"] - PENNER[name]) < 4.0 * one["standard_error"]
-    done = golf_here("run", "--ball", "m.toml", "--no-figures", cwd=tmp_path, code=0)
-    rows = [row for row in done.stdout.splitlines() if "k undetermined" in row]
-    assert {row.split("(")[0].strip("│ ") for row in rows[1:]} >= {"contact time", "max force"}
-    table = golf_impact.sweep({"ball": f"{tmp_path}/m.toml,penner"}, ["smash_factor", "max_force"])
-    assert np.isnan(table["max_force"]).tolist() == [True, False]
-    assert not np.isnan(table["smash_factor"]).any()
-
-
 def test_balls_of_earlier_versions(tmp_path):
     """A file without k has it undetermined; law 1 is read."""
     text = "law = 2\nrestitution_at_rest = 0.86\n[conditions]\nclub_speed = 35.0\nm_club = 0.21\n"
@@ -502,20 +472,6 @@ def test_balls_of_earlier_versions(tmp_path):
     assert golf_impact.read_ball(tmp_path / "cor.toml").undetermined == ("k",)
     (tmp_path / "one.toml").write_text("law = 1\nreference_compression = 0.005\nk = 1e6\nb = 8.4\n")
     assert golf_impact.read_ball(tmp_path / "one.toml").undetermined == ()
-
-
-def test_a_rebound():
-    """The first pulse is fitted if the force is zero between both; otherwise it has to be cut."""
-    time, force = record(300)
-    twice = np.arange(600) * (time[1] - time[0]), np.concatenate([force, 0.6 * force])
-    found = calibrate(twice, **FREE)
-    assert_found(found)
-    assert any("second pulse" in words for words in found.words)
-    close = np.concatenate([force[:190], 0.6 * force[95:]])
-    with pytest.raises(UserError, match=r"two pulses.*--window 0:2ms"):
-        calibrate((np.arange(len(close)) * 4e-6, close), **FREE)
-    cut = calibrate(twice, **FREE, window=(0.0, float(twice[0][299])))
-    assert_found(cut)
 
 
 @pytest.mark.parametrize(

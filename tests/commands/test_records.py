@@ -1,13 +1,16 @@
 """Records of labs and oscilloscopes, measured numbers, and what isn't one of an impact."""
 
+import json
 import math
 
 import numpy as np
 import pytest
 from command import golf_here, refused
-from test_calibrate import AT, record
+from test_calibrate import AT, PENNER, record
 
+import golf_impact
 from golf_impact.data.errors import UserError
+from golf_impact.data.measured import MPH
 from golf_impact.studies.calibrate.measurements import measured, measurements, number
 from golf_impact.studies.calibrate.records import FORCE, SIGMA, TIME, read_table
 
@@ -259,10 +262,10 @@ def curve(rows=260, lead=100):
     return time, np.where(inside, 6e3 * np.sin(5e3 * since), 0.0)
 
 
-def conditioned(*columns, **options):
+def conditioned(*columns, window=None, **options):
     """The curve as it is fitted."""
     given = {"club_speed": 30.0, "m_club": 0.2, "m_ball": 0.05} | options
-    return measurements(given, curve=columns).curves["curve"]
+    return measurements(given, curve=columns, window=window).curves["curve"]
 
 
 @pytest.mark.parametrize(
@@ -308,3 +311,47 @@ def test_quantization_is_not_clipping(step, limit):
     turned = "the force is negative; its sign was changed"
     assert [*series.notes] == [turned, *[words] * bool(clipped.any())]
     assert series.sigma.tolist() == sigma[~clipped].tolist()
+
+
+def test_what_cor_alone_leaves_open(tmp_path):
+    """Shots of a launch monitor: mishits are left out, k stays undetermined for all readers."""
+    draw, speeds = np.random.default_rng(1), np.linspace(38.0, 52.0, 40)
+    cors = PENNER["restitution_at_rest"] - PENNER["restitution_slope"] * speeds
+    smash = (1.0 + cors + draw.normal(0.0, 0.004, 40)) / (1.0 + 0.04593 / 0.2)
+    smash[[3, 9]] -= 0.12
+    rows = [
+        f"{n},{u / MPH:.1f},{u * s / MPH:.1f}" for n, (u, s) in enumerate(zip(speeds, smash), 1)
+    ]
+    text = "\n".join(["Shot,Club Speed,Ball Speed", ",[mph],[mph]", *rows, "Average,,101,147"])
+    (tmp_path / "shots.csv").write_text(text)
+    given = "--shots", "shots.csv", "--m-club", "200g", "--save", "m.toml", "--no-figures"
+    done = golf_here("calibrate", *given, "--out", ".", cwd=tmp_path, code=0)
+    words = " ".join(done.stdout.split())
+    assert "of 40 shots are left out" in words
+    assert "k is undetermined" in words
+    ball = golf_impact.read_ball(tmp_path / "m.toml")
+    assert (ball.undetermined, ball.conditions) == (("k",), {"m_club": 0.2})
+    assert ball.speeds == pytest.approx((38.0, 52.0), abs=0.1)
+    written = json.loads((tmp_path / "calibrate.json").read_text())["parameters"]
+    for name, one in written.items():
+        assert abs(one["value"] - PENNER[name]) < 4.0 * one["standard_error"]
+    done = golf_here("run", "--ball", "m.toml", "--no-figures", cwd=tmp_path, code=0)
+    rows = [row for row in done.stdout.splitlines() if "k undetermined" in row]
+    assert {row.split("(")[0].strip("│ ") for row in rows[1:]} >= {"contact time", "max force"}
+    table = golf_impact.sweep({"ball": f"{tmp_path}/m.toml,penner"}, ["smash_factor", "max_force"])
+    assert np.isnan(table["max_force"]).tolist() == [True, False]
+    assert not np.isnan(table["smash_factor"]).any()
+
+
+def test_a_rebound():
+    """The first pulse counts if the force is zero between both; otherwise it has to be cut."""
+    time, force = curve(300)
+    first = conditioned(time, force)
+    twice = 5e-6 * np.arange(600), np.concatenate([force, 0.6 * force])
+    found = conditioned(*twice)
+    assert "a second pulse from 0.00186" in found.notes[0]
+    for one in (found, conditioned(*twice, window="0:1.6ms")):
+        assert one.signal[one.contact].tolist() == first.signal[first.contact].tolist()
+    close = np.concatenate([force[:220], 0.6 * force[105:]])
+    with pytest.raises(UserError, match=r"two pulses.*--window 0:2ms"):
+        conditioned(5e-6 * np.arange(len(close)), close)
