@@ -81,9 +81,6 @@ class Impact:
         """
         raise NotImplementedError
 
-    def find_end(self) -> None:
-        """Evaluate the phase until its `duration` is known."""
-
     def displacement(self, instant: Instant) -> float:
         """Displacement of the ball in contact so far, m."""
         return 0.0
@@ -122,8 +119,9 @@ def advance(impact: Impact, inputs: Inputs, instant: Instant) -> Impact:
 
 def _acting(p: Parameters, inputs: Inputs, closing: float) -> Inputs:
     """The inputs that act in a contact with this approach speed, m/s: b may follow from a COR."""
-    k, b, *_ = inputs
-    return inputs._replace(b=LAWS[p.law].damping(p, k, b, closing))
+    if not p.restitution_at_rest:
+        return inputs
+    return inputs._replace(b=LAWS[p.law].damping(p, inputs.k, closing))
 
 
 class Approach(Impact):
@@ -184,9 +182,8 @@ class Approach(Impact):
             self._at_touch = touch, start
         else:
             touch, start = self._at_touch
-        if p.restitution_at_rest:
-            inputs = _acting(p, inputs, start.closing)
-        return Contact(p, inputs, touch.instant, touch, start, _NONE_YET)
+        acting = _acting(p, inputs, start.closing)
+        return Contact(p, acting, touch.instant, touch, start, _NONE_YET)
 
     def is_undecided(self, instant: Instant) -> bool:
         """Whether no step has moved past the touch yet, by more than the clock's last bit."""
@@ -222,8 +219,6 @@ class Contact(Impact):
     arguments = property(
         attrgetter("parameters", "inputs", "begin", "touch", "motion", "results_before")
     )
-    b = property(attrgetter("inputs.b"))
-    club_force = property(attrgetter("inputs.club_force"))
 
     def __init__(
         self, parameters: Parameters, inputs: Inputs, begin: Instant, touch: Touch,
@@ -232,11 +227,6 @@ class Contact(Impact):
         self.parameters, self.inputs, self.begin = parameters, inputs, begin
         self.touch, self.motion, self.results_before = touch, motion, results_before
         self.phase = LAWS[parameters.law].contact(parameters, inputs, motion)
-        self.duration = self.phase.duration
-
-    def find_end(self) -> None:
-        while self.phase.extend():
-            pass
         self.duration = self.phase.duration
 
     def following(self, inputs: Inputs) -> "Contact | Flight":
@@ -251,8 +241,7 @@ class Contact(Impact):
         """The impact with other inputs from this instant on."""
         p, touch = self.parameters, self.touch
         law = LAWS[p.law]
-        if p.restitution_at_rest:
-            inputs = _acting(p, inputs, touch.club_speed - p.ball_speed)
+        inputs = _acting(p, inputs, touch.club_speed - p.ball_speed)
         k, b, _, club_force = inputs
         acting = self.inputs
         if k == acting[0] and b == acting[1] and club_force == acting[3]:
@@ -311,14 +300,12 @@ class Contact(Impact):
     def last_contact(self, instant: Instant) -> "tuple[Contact, float]":
         return self, self.elapsed(instant)
 
-    def results(self, t: float) -> Results:
-        """Results until t, s since the start of the phase."""
-        time, most, when, compression, impulse = self.results_before
-        largest, deepest, more = self.phase.totals(t)
-        peak = self._later_peak(time, most, when, *largest)
-        return Results(time + t, *peak, max(compression, deepest), impulse + more)
-
     # Results until t, s since the start of the phase.
+
+    def results(self, t: float) -> Results:
+        """All of them."""
+        peak, compression = self.peak_force(t), self.peak_compression(t)
+        return Results(self.contact_time(t), *peak, compression, self.total_impulse(t))
 
     def contact_time(self, t: float) -> float:
         """Total time in contact, s."""
@@ -327,13 +314,7 @@ class Contact(Impact):
     def peak_force(self, t: float) -> tuple[float, float]:
         """The largest contact force, N, and its time since first touch, s."""
         time, most, when, _, _ = self.results_before
-        return self._later_peak(time, most, when, *self.phase.largest("force", t))
-
-    @staticmethod
-    def _later_peak(
-        time: float, most: float, when: float, force: float, later: float
-    ) -> tuple[float, float]:
-        """The larger of the peak so far and that of a phase that begins at a time, and its time."""
+        force, later = self.phase.largest("force", t)
         # k or b changed just before the peak: if the force keeps rising, the later phase counts.
         rising = later > 0.0 and when == time
         if force > most or (rising and force >= most * (1.0 - 1e-15)):

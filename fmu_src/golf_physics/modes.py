@@ -10,7 +10,7 @@ from math import isfinite, nan
 from typing import Any
 
 from .refusals import refusal
-from .values import DiscardedStep, Refusal
+from .values import Refusal
 from .variables import Variable
 
 #: Modes of an instance, in the order in which a host passes through them. Start refused:
@@ -158,7 +158,7 @@ class FmiComponent:
     def _discard(self, problem: Refusal) -> bool:
         """Report why a step isn't made; returns False."""
         self._size = nan
-        self._report(DiscardedStep(*problem))
+        self._report(problem._replace(status="Discard"))
         return False
 
     def _why_not(self, point: float, size: float) -> Refusal | None:

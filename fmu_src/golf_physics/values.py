@@ -41,24 +41,10 @@ class Refusal(NamedTuple):
     variable: str = ""  #: the name, if a single one is to be corrected
     value: Any = None
     reason: str = ""  #: the sentence without variable and value
+    status: str = "Error"  #: FMI's, of the message: "Discard" of a communication step
 
     def __str__(self) -> str:
         return self.sentence
-
-    @property
-    def status(self) -> str:
-        """FMI's, of the message."""
-        return "Error"
-
-
-class DiscardedStep(Refusal):
-    """Why a communication step isn't made."""
-
-    __slots__ = ()
-
-    @property
-    def status(self) -> str:
-        return "Discard"
 
 
 def rejected(name: str, value: Any, reason: str, unit: str = "") -> Refusal:

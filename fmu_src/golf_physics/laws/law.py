@@ -6,7 +6,7 @@ from math import sqrt
 from types import MappingProxyType
 
 from ..refusals import MOST_PUSH, refusal
-from ..values import SLOWEST, Inputs, Motion, Parameters, Refusal
+from ..values import Inputs, Motion, Parameters, Refusal
 from .contact import ContactPhase
 from .integrated import IntegratedContact
 from .linear import linear_contact
@@ -27,15 +27,15 @@ class Law:
 
     def refusal_of_touch(self, p: Parameters, inputs: Inputs) -> Refusal | None:
         """Why it rejects a touch under these inputs, or None."""
-        return None
+        return self.refusal_of_push(p, inputs, inputs.club_speed - p.ball_speed)
 
     def refusal_of_push(self, p: Parameters, inputs: Inputs, closing: float) -> Refusal | None:
         """Why it rejects the force on the club head after this approach speed, m/s, or None."""
         return None
 
-    def damping(self, p: Parameters, k: float, b: float, closing: float) -> float:
-        """The damping that acts, N.s/m, in a contact with this approach speed, m/s."""
-        return b
+    def damping(self, p: Parameters, k: float, closing: float) -> float:
+        """The damping, N.s/m, for `restitution_at_rest` and this approach speed, m/s."""
+        raise NotImplementedError
 
     def force(self, p: Parameters, k: float, b: float, compression: float, closing: float) -> float:
         """Contact force, N, from the compression, m, and its rate of change, m/s.
@@ -66,10 +66,6 @@ class LinearLaw(Law):
     def damper(self, b: float) -> float:
         """The coefficient of the closing speed, N.s/m."""
         return 0.0
-
-    def refusal_of_touch(self, p: Parameters, inputs: Inputs) -> Refusal | None:
-        closing = inputs.club_speed - p.ball_speed
-        return self.refusal_of_push(p, inputs, closing) if closing > SLOWEST else None
 
     def refusal_of_push(self, p: Parameters, inputs: Inputs, closing: float) -> Refusal | None:
         club_force, share = inputs.club_force, p.m_ball / (p.m_club + p.m_ball)

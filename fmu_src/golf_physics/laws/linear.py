@@ -233,23 +233,16 @@ class UnderdampedContact(ContactPhase):
         pair = 0.0, -(h * c + frequency * s) / size, (frequency * c - h * s) / size
         return real + (self._at(pair, begin + width) - self._at(pair, begin))
 
-    def totals(self, t: float) -> tuple[tuple[float, float], float, float]:
+    def largest(self, name: str, t: float) -> tuple[float, float]:
         """As of `ContactPhase`, faster after a short time: every change of k or b needs it."""
         if t * self.rate > _SHORT:
-            return super().totals(t)
-        basis = self._basis(t)
-        force = self._largest_after_start("force", self._force, t, basis)
-        return force, self._largest_after_start("d", self._d, t, basis)[0], self.impulse(0.0, t)
-
-    def _largest_after_start(
-        self, name: str, row: Row, t: float, basis: Row
-    ) -> tuple[float, float]:
-        """As `largest`, given the functions at t."""
+            return super().largest(name, t)
+        row, basis = self._force if name == "force" else self._d, self._basis(t)
         slope, start, now = self._slope(row), row[0] + row[1], _sum(row, basis)
         rises = slope[0] + slope[1] > 0.0
         # There may be a maximum in between.
         if rises and _sum(slope, basis) <= _FLAT * self.rate * abs(now):
-            return self.largest(name, t)
+            return super().largest(name, t)
         return (now, t) if rises and now > start + ROUNDING * abs(start) else (start, 0.0)
 
     def find_maxima(self, name: str) -> list[float]:

@@ -15,10 +15,9 @@ from types import MappingProxyType
 
 from ..refusals import MOST_PUSH_OF_POWER_LAW, refusal
 from ..restitution import LEAST, damping_ratio
-from ..values import SLOWEST, Inputs, Motion, Parameters, Refusal
+from ..values import Inputs, Motion, Parameters, Refusal
 from .contact import ContactPhase
 from .law import Law, LinearLaw
-from .linear import linear_contact
 from .power_law import PowerLawContact
 
 
@@ -50,8 +49,6 @@ class RelativeLaw(LinearLaw):
         """A coefficient of restitution that falls with speed must stay in 0…1."""
         k, _, club_speed, club_force = inputs
         closing = club_speed - p.ball_speed
-        if closing <= SLOWEST:
-            return None
         coefficient = p.restitution_at_rest - p.restitution_slope * closing
         if not p.restitution_at_rest or LEAST <= coefficient <= 1.0:
             if p.exponent == 1.0:
@@ -66,9 +63,7 @@ class RelativeLaw(LinearLaw):
         # With an exponent, `contact` checks it against the present motion.
         return super().refusal_of_push(p, inputs, closing) if p.exponent == 1.0 else None
 
-    def damping(self, p: Parameters, k: float, b: float, closing: float) -> float:
-        if not p.restitution_at_rest:
-            return b
+    def damping(self, p: Parameters, k: float, closing: float) -> float:
         # Outputs may be read before a step is refused for a COR out of range.
         coefficient = p.restitution_at_rest - p.restitution_slope * closing
         zeta = damping_ratio(max(coefficient, LEAST))
@@ -78,7 +73,7 @@ class RelativeLaw(LinearLaw):
     def contact(self, p: Parameters, inputs: Inputs, start: Motion) -> ContactPhase:
         k, b, _, club_force = inputs
         if p.exponent == 1.0:
-            return linear_contact(k, b, 0.0, p.m_club, p.m_ball, start, club_force)
+            return super().contact(p, inputs, start)
         if not club_force:
             return PowerLawContact(p, k, b, start)
         problem = _refusal_of_force(p, k, club_force, start.compression, start.closing)
@@ -93,7 +88,7 @@ class RelativeLaw(LinearLaw):
     def force(self, p: Parameters, k: float, b: float, compression: float, closing: float) -> float:
         n = p.exponent
         if n == 1.0:
-            return k * compression + b * closing
+            return super().force(p, k, b, compression, closing)
         try:
             power = (abs(compression) / p.reference_compression) ** (0.5 * (n - 1.0))
         except OverflowError:
