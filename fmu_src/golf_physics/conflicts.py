@@ -22,18 +22,6 @@ def conflict(p: Parameters, inputs: Inputs) -> Refusal | None:
         value = getattr(p, name)
         if value != unused:
             return refusal("OF_OTHER_LAWS", name, value, **of_other_laws(p.law, name))
-    return conflict_of_inputs(p, inputs)
-
-
-def of_other_laws(law: int, name: str) -> dict[str, str]:
-    """The words on a law that doesn't use this parameter."""
-    words = {n: f"law = {n} ({NAMES[n][0]})" for n in LAWS}
-    others = " or ".join(words[n] for n, other in LAWS.items() if name in other.own_parameters)
-    return {"law": words[law], "unused": f"{_OWN[name]:g}", "others": others}
-
-
-def conflict_of_inputs(p: Parameters, inputs: Inputs) -> Refusal | None:
-    """The same, with parameters that some inputs have been accepted with."""
     m_club, m_ball = p.m_club, p.m_ball
     if m_club > MOST_RATIO * m_ball or m_ball > MOST_RATIO * m_club:
         return refusal("MASS_RATIO", m_club=m_club, m_ball=m_ball)
@@ -45,3 +33,10 @@ def conflict_of_inputs(p: Parameters, inputs: Inputs) -> Refusal | None:
     if inputs.b <= MOST_DAMPING * critical:
         return None
     return refusal("DAMPING_RATIO", "b", inputs.b, zeta=inputs.b / critical, most=MOST_DAMPING)
+
+
+def of_other_laws(law: int, name: str) -> dict[str, str]:
+    """The words on a law that doesn't use this parameter."""
+    words = {n: f"law = {n} ({NAMES[n][0]})" for n in LAWS}
+    others = " or ".join(words[n] for n, other in LAWS.items() if name in other.own_parameters)
+    return {"law": words[law], "unused": f"{_OWN[name]:g}", "others": others}

@@ -9,14 +9,14 @@ from math import ceil, inf, nan
 from types import MappingProxyType
 from typing import Any
 
-from ..conflicts import conflict, conflict_of_inputs
+from ..conflicts import conflict
 from ..impact import RESOLUTION, Contact, Impact, advance
 from ..laws import LAWS
 from ..modes import POINT_TOLERANCE, STEPPING, FmiComponent
 from ..refusals import refusal
 from ..values import START, Inputs, Instant, Parameters, Refusal, State, added, new
 from ..variables import INPUTS, MOTION, SETTABLE, VARIABLES, Variable
-from .outputs import OUTPUTS, PLACES, readings
+from .outputs import PLACES, reading
 from .state import Snapshot, packed, unpacked
 
 _START_VALUES = tuple(row.start for row in SETTABLE.values())
@@ -54,9 +54,6 @@ class Component(FmiComponent):
 
     _rows = MappingProxyType({(row.type, row.reference): row for row in VARIABLES})
 
-    #: How to read variables, by their value references.
-    reading = staticmethod(readings(VARIABLES, OUTPUTS))
-
     def __init__(self, report: Callable[[Refusal], Any]) -> None:
         super().__init__(report)
         #: Values as the host sees them: inputs and parameters in the table's order.
@@ -66,8 +63,8 @@ class Component(FmiComponent):
         self._run(None, None, START, 0.0)
         #: Whether every step must be checked: a touch is ahead that would be refused.
         self._check_every_step = False
-        #: The last list of references read: see `outputs.Reading`.
-        self._requested, self._pick = self.reading((), "Real")
+        #: The last list of references read, and how: see `outputs.reading`.
+        self._requested, self._pick = reading((), "Real")
 
     def _run(self, impact: Any, inputs: Inputs | None, begin: Instant, size: float) -> None:
         """Steps of this size (s; 0: none yet) from an instant on, with this impact and inputs.
@@ -159,7 +156,7 @@ class Component(FmiComponent):
         k, b, club_speed, club_force = values[0], values[1], values[2], values[3]
         if k != inputs[0] or b != inputs[1] or club_speed != inputs[2] or club_force != inputs[3]:
             inputs = new(Inputs, (k, b, club_speed, club_force))
-            problem = conflict_of_inputs(impact.parameters, inputs)
+            problem = conflict(impact.parameters, inputs)
             if problem is not None:
                 return problem
             try:
@@ -224,24 +221,20 @@ class Component(FmiComponent):
     def reals(self, references: list[int]) -> list[float]:
         """Values of Real variables; the list may go on after them, and must not be changed."""
         if references != self._requested:
-            self._requested, self._pick = self.reading(tuple(references), "Real")
+            self._requested, self._pick = reading(tuple(references), "Real")
         pick = self._pick
-        if pick is not None:
-            try:
-                return pick(self)
-            except (ArithmeticError, ValueError) as error:
-                self._report(not_computed(error))
-                return [nan] * len(references)
-        return self.state()
+        return self.state() if pick is None else self._read(pick, len(references), nan)
 
     def discretes(self, references: list[int], type_: str) -> list[Any]:
         """Values of variables of another type ("Enumeration", "Boolean")."""
-        _, pick = self.reading(tuple(references), type_)
+        return self._read(reading(tuple(references), type_)[1], len(references), 0)
+
+    def _read(self, pick: Callable[[Any], list[Any]], count: int, failed: float) -> list[Any]:
         try:
             return pick(self)
         except (ArithmeticError, ValueError) as error:
             self._report(not_computed(error))
-            return [0] * len(references)
+            return [failed] * count
 
     def impact(self) -> Any:
         """The impact at the present instant, for outputs.
