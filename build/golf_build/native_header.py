@@ -1,17 +1,17 @@
 """variables.h: what the native FMU has from golf_physics's tables, so that nothing is typed twice.
 
-Value references, bounds and start values come from variables.py, the constants of the quadratures
-from numerics, and the sentences of refusals from refusals.py.
+Value references, bounds and start values come from variables.py, limits and tolerances from the
+modules that C has too, the constants of the quadratures from numerics, and the sentences of
+refusals from refusals.py.
 """
 
 from collections.abc import Iterator, Mapping
 from string import Formatter
 from typing import Any
 
-from golf_physics import conflicts, modes, refusals, restitution
-from golf_physics.laws import integrated, linear, power_law
-from golf_physics.numerics import chebyshev, gauss
-from golf_physics.values import SLOWEST
+from golf_physics import conflicts, impact, modes, refusals, restitution, values
+from golf_physics.laws import contact, integrated, linear, power_law
+from golf_physics.numerics import chebyshev, gauss, ode
 from golf_physics.variables import (
     BY_NAME,
     INDICATORS,
@@ -111,12 +111,16 @@ def _variable(row: Variable) -> str:
     return f'    {{"{row.name}", {_TYPES[row.type]}, {causality}, {numbers}, {refused}}},'
 
 
+#: The numbers of these modules have the same names in C, but for an underscore; each is one number.
+_SHARED = (values, refusals, modes, impact, contact, linear, power_law, integrated, ode)
+
+
 def _constants() -> Iterator[str]:
-    yield f"#define SLOWEST {SLOWEST!r}"
+    for name, value in (pair for module in _SHARED for pair in vars(module).items()):
+        if name.isupper() and isinstance(value, float):
+            yield f"#define {name.lstrip('_')} {value!r}"
     yield f"#define LEAST_RESTITUTION {restitution.LEAST!r}"
     yield f"#define MOST_DAMPING_RATIO {restitution.MOST_DAMPING!r}"
-    for name in ("MOST_RATIO", "MOST_PUSH", "MOST_PUSH_OF_POWER_LAW"):
-        yield f"#define {name} {getattr(refusals, name)!r}"
     yield f"enum {{ GAUSS_POINTS = {len(gauss.GAUSS_5)}, ORDER = {chebyshev.ORDER} }};"
     nodes, weights = zip(*gauss.GAUSS_5)
     yield _array("GAUSS_NODES", nodes)

@@ -3,16 +3,6 @@
    A communication step only advances the clock; outputs are evaluated when they are read. A refused
    call changes nothing: its effects are computed first, and take place only as a whole. */
 
-/* How far (relative to the step, or to the time) a host's communication point may lie from where its
-   last step ended: enough for sums of rounded steps and for times in single precision. And how far at
-   most, relative to the step: too little for a step left out. */
-#define POINT_TOLERANCE 1e-6
-#define MOST_OF_STEP 0.25
-
-/* Times (s) that no instance reaches, and the longest step. */
-#define LATEST 1e109
-#define LONGEST 1e100
-
 enum { MOST_ILLEGAL = 8, SENTENCE_SIZE = 4096 };
 
 /* Modes of an instance, in the order in which a host passes through them. Where initialization has
@@ -182,7 +172,7 @@ static int component_set_up(Component *c, double start_time)
         return 0;
     }
     if (!isfinite(start_time)) {
-        refuse(c, (Refusal){START_TIME, SETTABLE, REAL, {start_time}, FINE});
+        refuse(c, refusal(START_TIME, start_time, 0.0));
         return 1;
     }
     correct(c, SETTABLE);
@@ -311,13 +301,19 @@ static int may_step(Component *c)
     return !count;
 }
 
+/* Whether a communication point and a step size have a sum, which is the end of the step. */
+static int are_times(double point, double size)
+{
+    return fabs(point) <= LARGEST_TIME && fabs(size) <= LARGEST_TIME;
+}
+
 /* Whether a step begins where the last one ended, within the host's rounding errors. */
 static int goes_on(const Snapshot *is, double point, double size)
 {
     double time = fabs(is->point);
     double allowed = smaller(POINT_TOLERANCE * larger(size, time), MOST_OF_STEP * size);
     /* Far from 0 doubles themselves may be further apart than steps. */
-    return isfinite(point) && fabs(point - is->point) <= larger(allowed, 1e-15 * time);
+    return fabs(point - is->point) <= larger(allowed, 1e-15 * time);
 }
 
 /* The origin of the host's time if a step begins at this point; or why it may not. */
@@ -326,14 +322,14 @@ static Refusal check_point(Component *c, double point, double size, double *orig
     Snapshot *is = &c->is;
     *origin = is->origin;
     if (point == is->point || goes_on(is, point, size)) return ACCEPTED;
-    if (!c->point_is_free || !isfinite(point) || fabs(point) > LONGEST)
+    if (!c->point_is_free || !are_times(point, size))
         return refusal(POINT_JUMPS, point, is->point);
     /* After a restored state the host's time may go on from anywhere; a touch to come moves. */
     const Impact *i = present(c);
     double now = instant_now(c).high;
     if (c->has_failed) {
         c->has_failed = 0;
-        return refusal_of_failure(contact_failure(&i->contact), NOT_COMPUTABLE, 0.0, 0.0);
+        return not_computed(i);
     }
     if (i->phase == APPROACH || i->touch.instant.high >= now) *origin = point - now;
     return ACCEPTED;
@@ -381,7 +377,7 @@ static int check_step(Component *c, double point, double size)
     Impact changed;
     double origin;
     int is_another = 0, is_ahead = 0;
-    if (!isfinite(size) || size <= 0.0 || size > LONGEST) {
+    if (!(0.0 < size && size <= LARGEST_TIME)) {
         report_one(c, refusal(STEP_SIZE, size, 0.0));
         return 0;
     }
@@ -432,13 +428,13 @@ static Refusal check_value(const Component *c, uint32_t reference, double value,
 {
     int place = place_of(reference);
     if (place < 0 || place >= SETTABLE || TABLE[place].type != type)
-        return (Refusal){NOT_SETTABLE, 0, type, {reference}, FINE};
+        return (Refusal){NOT_SETTABLE, SETTABLE, type, {reference}, FINE};
     const Variable *v = &TABLE[place];
     double now = c->is.values[place];
-    if (c->is.mode == TERMINATED) return (Refusal){SET_AFTER_END, place, REAL, {0.0}, FINE};
-    if (!isfinite(value) || value < v->low || value > v->high) return refusal_of(place, value);
+    if (c->is.mode == TERMINATED) return refusal_of(reference, SET_AFTER_END, 0.0, 0.0);
+    if (!(v->low <= value && value <= v->high)) return refusal_of(reference, OUT_OF_RANGE, value, 0.0);
     if (v->causality == PARAMETER && c->is.mode == STEPPING && value != now)
-        return (Refusal){FIXED, place, v->type, {value, now}, FINE};
+        return refusal_of(reference, FIXED, value, now);
     return ACCEPTED;
 }
 

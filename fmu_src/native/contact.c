@@ -163,13 +163,30 @@ static void find_maxima(Contact *c, Quantity quantity)
     c->count[quantity] = count;
 }
 
+/* Whether no maximum lies between the start of an underdamped contact and t, shortly after it: then the
+   largest value, too. */
+static int is_largest_at_an_end(const Underdamped *o, Quantity quantity, double t, Peak *largest)
+{
+    if (t * o->rate > SHORT) return 0;
+    Row row = quantity == FORCE ? o->force : o->d, slope = underdamped_slope(o, row);
+    Row basis = underdamped_basis(o, t);
+    double start = row.a + row.c, now = sum_of(row, basis);
+    int rises = slope.a + slope.c > 0.0;
+    if (rises && sum_of(slope, basis) <= FLAT * o->rate * fabs(now)) return 0;
+    *largest = rises && now > start + ROUNDING * fabs(start) ? (Peak){now, t} : (Peak){start, 0.0};
+    return 1;
+}
+
 /* The largest value of force or compression on [0, t], and its time. */
 static Peak contact_largest(Contact *c, Quantity quantity, double t)
 {
+    Peak largest;
+    if (c->kind == UNDERDAMPED && is_largest_at_an_end(&c->as.underdamped, quantity, t, &largest))
+        return largest;
     /* Before the maxima: a phase in pieces is then evaluated up to t. */
     double now = contact_value(c, quantity, t);
     if (!c->found[quantity]) find_maxima(c, quantity);
-    Peak largest = {contact_value(c, quantity, 0.0), 0.0};
+    largest = (Peak){contact_value(c, quantity, 0.0), 0.0};
     const Peak *top = NULL;
     int count = c->kind == INTEGRATED ? c->as.integrated.peak_count[quantity] : c->count[quantity];
     for (int n = 0; n < count; n++) {
@@ -181,39 +198,4 @@ static Peak contact_largest(Contact *c, Quantity quantity, double t)
     /* Just after a maximum, rounding must not move its time. */
     if (now > largest.value + ROUNDING * fabs(largest.value)) largest = (Peak){now, t};
     return largest;
-}
-
-/* Until t: the largest force (N) and its time, the largest compression (m), the impulse (N.s). */
-typedef struct {
-    Peak force;
-    double compression, impulse;
-} Totals;
-
-/* The largest value until t, shortly after the start of an underdamped contact, given its decaying
-   functions there. */
-static Peak largest_after_start(Contact *c, Quantity quantity, double t, Row basis)
-{
-    const Underdamped *o = &c->as.underdamped;
-    Row row = quantity == FORCE ? o->force : o->d, slope = underdamped_slope(o, row);
-    double start = row.a + row.c, now = sum_of(row, basis);
-    int rises = slope.a + slope.c > 0.0;
-    /* There may be a maximum in between. */
-    if (rises && sum_of(slope, basis) <= FLAT * o->rate * fabs(now)) return contact_largest(c, quantity, t);
-    if (rises && now > start + ROUNDING * fabs(start)) return (Peak){now, t};
-    return (Peak){start, 0.0};
-}
-
-static Totals contact_totals(Contact *c, double t)
-{
-    Totals totals;
-    if (c->kind == UNDERDAMPED && t * c->rate <= SHORT) {
-        Row basis = underdamped_basis(&c->as.underdamped, t);
-        totals.force = largest_after_start(c, FORCE, t, basis);
-        totals.compression = largest_after_start(c, COMPRESSION, t, basis).value;
-    } else {
-        totals.force = contact_largest(c, FORCE, t);
-        totals.compression = contact_largest(c, COMPRESSION, t).value;
-    }
-    totals.impulse = contact_impulse(c, 0.0, t);
-    return totals;
 }

@@ -62,7 +62,7 @@ static int component_update(Component *c, int *must_stop, int *is_known, double 
 static int component_step_to_event(Component *c, double point, double size, int early, int *is_event,
                                    double *reached)
 {
-    int is_sum = isfinite(point) && isfinite(size) && fabs(point) <= LONGEST && fabs(size) <= LONGEST;
+    int is_sum = are_times(point, size);
     double end = is_sum ? point + size : point, when;
     Refusal list[SETTABLE + 1];
     Events events;

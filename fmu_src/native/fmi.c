@@ -24,12 +24,24 @@ static FMI(Status) status_of(int is_legal) { return is_legal ? FMI(OK) : FMI(Err
 
 const char *FMI(GetVersion)(void) { return FMI(Version); }
 
-void FMI(FreeInstance)(void *c) { free_instance(c); }
+void FMI(FreeInstance)(void *c)
+{
+    if (c) free(((Instance *)c)->name);
+    free(c);
+}
 
+/* Switch messages on discarded steps off where categories are named, but not theirs; else on. */
 FMI(Status) FMI(SetDebugLogging)(void *c, FMI(Boolean) on, size_t count,
                                  const FMI(String) categories[])
 {
-    return status_of(c && set_logging(c, on, count, categories));
+    if (!c || (count && !categories)) return FMI(Error);
+    int is_quiet = on && count;
+    for (size_t n = 0; n < count; n++) {
+        const char *name = categories[n];
+        if (name && (!strcmp(name, "logAll") || !strcmp(name, "logStatusDiscard"))) is_quiet = 0;
+    }
+    ((Instance *)c)->is_quiet = is_quiet;
+    return FMI(OK);
 }
 
 FMI(Status) FMI(ExitInitializationMode)(void *c)
@@ -47,8 +59,10 @@ FMI(Status) FMI(EnterEventMode)(void *c) { return status_of(c != NULL); }
 
 FMI(Status) FMI(Reset)(void *c)
 {
-    if (c) reset_instance(c);
-    return status_of(c != NULL);
+    if (!c) return FMI(Error);
+    component_reset(COMPONENT(c));
+    ((Instance *)c)->stop_time = INFINITY;
+    return FMI(OK);
 }
 
 /* VALUES */
@@ -103,23 +117,88 @@ FMI(Status) FMI(SetString)(void *c, REFERENCES, const FMI(String) values[] VALUE
 
 /* STATES */
 
-FMI(Status) FMI_STATE(Get, )(void *c, void **state) { return status_of(c && save(c, state)); }
-FMI(Status) FMI_STATE(Set, )(void *c, void *state) { return status_of(c && restore(c, state)); }
-FMI(Status) FMI_STATE(Free, )(void *c, void **state) { return status_of(c && drop(c, state)); }
+/* A pointer to another thing, or to a state that was freed, doesn't point to itself. */
+typedef struct saved {
+    struct saved *itself;
+    Snapshot is;
+} Saved;
+
+static int is_saved(const Instance *i, const Saved *s)
+{
+    if (s && s->itself == s) return 1;
+    return is_illegal(i, "a state that isn't one of this FMU is refused");
+}
+
+/* Memory for a state; NULL, and a message, if there is none. */
+static Saved *new_state(const Instance *i)
+{
+    Saved *s = malloc(sizeof *s);
+    if (s) s->itself = s;
+    else is_illegal(i, "out of memory");
+    return s;
+}
+
+FMI(Status) FMI_STATE(Get, )(void *c, void **state)
+{
+    if (!c || !state || (*state && !is_saved(c, *state))) return FMI(Error);
+    Saved *s = *state ? *state : new_state(c);
+    if (!s) return FMI(Error);
+    snapshot_copy(&s->is, &COMPONENT(c)->is);
+    *state = s;
+    return FMI(OK);
+}
+
+FMI(Status) FMI_STATE(Set, )(void *c, void *state)
+{
+    const Saved *s = state;
+    if (!c) return FMI(Error);
+    if (!s || s->itself != s || s->is.is_solved != COMPONENT(c)->is.is_solved) {
+        refuse_call(COMPONENT(c), refusal(FOREIGN_STATE, 0.0, 0.0));
+        return FMI(Error);
+    }
+    component_restore(COMPONENT(c), &s->is);
+    return FMI(OK);
+}
+
+FMI(Status) FMI_STATE(Free, )(void *c, void **state)
+{
+    if (!c) return FMI(Error);
+    if (!state || !*state) return FMI(OK);
+    if (!is_saved(c, *state)) return FMI(Error);
+    /* fmusim passes the state in place of its address: that is what a state begins with. */
+    Saved *s = *state;
+    *state = NULL;
+    s->itself = NULL;
+    free(s);
+    return FMI(OK);
+}
 
 FMI(Status) FMI_STATE(Serialized, Size)(void *c, void *state, size_t *size)
 {
-    return status_of(c && serialized_size(c, state, size));
+    if (!c || !size || !is_saved(c, state)) return FMI(Error);
+    *size = PACKED_SIZE;
+    return FMI(OK);
 }
 
 FMI(Status) FMI_STATE(Serialize, )(void *c, void *state, FMI(Byte) bytes[], size_t size)
 {
-    return status_of(c && serialize(c, state, (unsigned char *)bytes, size));
+    if (!c || !bytes || !is_saved(c, state)) return FMI(Error);
+    if (size != PACKED_SIZE)
+        return status_of(is_illegal(c, "another number of bytes than a serialized state has is refused"));
+    packed(&((Saved *)state)->is, (unsigned char *)bytes);
+    return FMI(OK);
 }
 
 FMI(Status) FMI_STATE(DeSerialize, )(void *c, const FMI(Byte) bytes[], size_t size, void **state)
 {
-    return status_of(c && deserialize(c, (const unsigned char *)bytes, size, state));
+    Saved *s = c && bytes && state ? new_state(c) : NULL;
+    if (!s) return FMI(Error);
+    if (!unpacked(&s->is, (const unsigned char *)bytes, size)) {
+        free(s);
+        return status_of(is_illegal(c, SENTENCES[FOREIGN_STATE]));
+    }
+    *state = s;
+    return FMI(OK);
 }
 
 /* MODEL EXCHANGE */

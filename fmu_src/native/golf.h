@@ -23,7 +23,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "variables.h" /* made by golf_build.native_header from golf_physics */
+/* Made by golf_build.native_header from golf_physics, where limits and tolerances have their reasons. */
+#include "variables.h"
 
 /* The same bits on all machines: no fused multiplication and addition, also where an importer
    compiles this with options of its own. */

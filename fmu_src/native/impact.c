@@ -1,8 +1,5 @@
 /* impact.py: one impact as a sequence of exact phases: approach, contact, flight. */
 
-/* Of a host's clock, relative: to a host, an instant is the event's if they differ by no more. */
-#define RESOLUTION 0x1p-52
-
 typedef enum { APPROACH, CONTACT, FLIGHT } PhaseKind;
 
 enum { NOT_COMPUTED = -1 };
@@ -171,10 +168,12 @@ static State state_since_touch(Impact *i, const Parameters *p, double t)
     return s;
 }
 
-/* The larger of the peak so far and that of the present phase, and its time. */
-static Peak later_peak(const Results *before, Peak peak)
+/* The largest contact force until t, s since the start of the contact phase, and its time since touch. */
+static Peak peak_force(Impact *i, double t)
 {
+    const Results *before = &i->before;
     double time = before->contact_time, most = before->max_force;
+    Peak peak = contact_largest(&i->contact, FORCE, t);
     /* k or b changed just before the peak: if the force keeps rising, the later phase counts. */
     int is_rising = peak.when > 0.0 && before->time_of_max_force == time;
     if (peak.value > most || (is_rising && peak.value >= most * (1.0 - 1e-15)))
@@ -185,10 +184,11 @@ static Peak later_peak(const Results *before, Peak peak)
 static Results results_until(Impact *i, double t)
 {
     const Results *b = &i->before;
-    Totals totals = contact_totals(&i->contact, t);
-    Peak peak = later_peak(b, totals.force);
-    return (Results){b->contact_time + t, peak.value, peak.when,
-                     larger(b->max_compression, totals.compression), b->impulse + totals.impulse};
+    Peak peak = peak_force(i, t);
+    double compression = contact_largest(&i->contact, COMPRESSION, t).value;
+    double impulse = contact_impulse(&i->contact, 0.0, t);
+    return (Results){b->contact_time + t, peak.value, peak.when, larger(b->max_compression, compression),
+                     b->impulse + impulse};
 }
 
 /* FLIGHT */

@@ -1,4 +1,4 @@
-/* Instances and saved states, for both versions of FMI.
+/* Instances, for both versions of FMI.
 
    An illegal call returns Error, as in Reference-FMUs: an unknown value reference, setting an output or
    a fixed parameter, a second initialization, a damaged state, a NULL pointer. A step that a refused
@@ -27,12 +27,6 @@ typedef struct {
     int is_quiet;     /* the host wants no messages on discarded steps */
     int has_event_mode, may_return_early;
 } Instance;
-
-/* A pointer to another thing, or to a state that was freed, doesn't point to itself. */
-typedef struct saved {
-    struct saved *itself;
-    Snapshot is;
-} Saved;
 
 /* MESSAGES */
 
@@ -70,18 +64,6 @@ static int is_illegal(const Instance *i, const char *sentence)
 {
     send(i->logger, i->environment, i->name, FMI(Error), sentence);
     return 0;
-}
-
-/* Switch messages on discarded steps off where categories are named, but not theirs; else on. */
-static int set_logging(Instance *i, int on, size_t count, const char *const categories[])
-{
-    if (count && !categories) return 0;
-    i->is_quiet = on && count;
-    for (size_t n = 0; n < count; n++) {
-        const char *name = categories[n];
-        if (name && (!strcmp(name, "logAll") || !strcmp(name, "logStatusDiscard"))) i->is_quiet = 0;
-    }
-    return 1;
 }
 
 /* LIFE */
@@ -127,19 +109,6 @@ static Instance *new_instance(Kind kind, const char *name, const char *token, Lo
     return i;
 }
 
-static void free_instance(Instance *i)
-{
-    if (!i) return;
-    free(i->name);
-    free(i);
-}
-
-static void reset_instance(Instance *i)
-{
-    component_reset(&i->component);
-    i->stop_time = INFINITY;
-}
-
 /* The experiment; returns whether it may be set up now. */
 static int set_up(Instance *i, double start_time, int has_stop_time, double stop_time)
 {
@@ -160,80 +129,7 @@ static int is_of_kind(const Instance *i, Kind kind)
 
 static int is_past_stop(const Instance *i, double point, double size)
 {
-    /* Others are refused anyway. */
-    int is_sum = isfinite(point) && isfinite(size) && fabs(point) <= LONGEST && fabs(size) <= LONGEST;
-    return is_sum && point + size > i->stop_time + STOP_TOLERANCE * size;
+    return are_times(point, size) && point + size > i->stop_time + STOP_TOLERANCE * size;
 }
 
 static const char *const PAST_STOP = "a step past the stop time of the experiment is refused";
-
-/* STATES: of each, whether the call was legal. */
-
-static int is_saved(const Instance *i, const Saved *s)
-{
-    if (s && s->itself == s) return 1;
-    return is_illegal(i, "a state that isn't one of this FMU is refused");
-}
-
-static int save(Instance *i, void **state)
-{
-    if (!state || (*state && !is_saved(i, *state))) return 0;
-    Saved *s = *state ? *state : malloc(sizeof *s);
-    if (!s) return is_illegal(i, "out of memory");
-    s->itself = s;
-    snapshot_copy(&s->is, &i->component.is);
-    *state = s;
-    return 1;
-}
-
-static int restore(Instance *i, const Saved *s)
-{
-    if (!s || s->itself != s || s->is.is_solved != i->component.is.is_solved) {
-        refuse_call(&i->component, refusal(FOREIGN_STATE, 0.0, 0.0));
-        return 0;
-    }
-    component_restore(&i->component, &s->is);
-    return 1;
-}
-
-static int drop(Instance *i, void **state)
-{
-    if (!state || !*state) return 1;
-    if (!is_saved(i, *state)) return 0;
-    /* fmusim passes the state in place of its address: that is what a state begins with. */
-    Saved *s = *state;
-    *state = NULL;
-    s->itself = NULL;
-    free(s);
-    return 1;
-}
-
-static int serialized_size(const Instance *i, const Saved *s, size_t *size)
-{
-    if (!size || !is_saved(i, s)) return 0;
-    *size = PACKED_SIZE;
-    return 1;
-}
-
-static int serialize(const Instance *i, const Saved *s, unsigned char bytes[], size_t size)
-{
-    if (!bytes || !is_saved(i, s)) return 0;
-    if (size != PACKED_SIZE)
-        return is_illegal(i, "another number of bytes than a serialized state has is refused");
-    packed(&s->is, bytes);
-    return 1;
-}
-
-static int deserialize(const Instance *i, const unsigned char bytes[], size_t size, void **state)
-{
-    if (!bytes || !state) return 0;
-    Saved *s = malloc(sizeof *s);
-    if (!s) return is_illegal(i, "out of memory");
-    s->itself = s;
-    if (!unpacked(&s->is, bytes, size)) {
-        free(s);
-        return is_illegal(i, SENTENCES[FOREIGN_STATE]);
-    }
-    *state = s;
-    return 1;
-}

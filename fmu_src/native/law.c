@@ -28,7 +28,7 @@ static double damping_ratio(double coefficient)
 /* The damping that acts, N.s/m, in a contact with this approach speed, m/s. */
 static double law_damping(const Parameters *p, double k, double b, double closing)
 {
-    if (p->law != RELATIVE || !p->restitution_at_rest) return b;
+    if (!p->restitution_at_rest) return b;
     /* Outputs may be read before a step is refused for a coefficient out of range. */
     double coefficient = p->restitution_at_rest - p->restitution_slope * closing;
     double zeta = damping_ratio(larger(coefficient, LEAST_RESTITUTION));

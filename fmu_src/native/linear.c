@@ -3,32 +3,6 @@
    Times are in units of 1/omega, velocities in m/s, D = omega d. The derivation, and why neither of
    the two forms loses digits, is in the Python file. */
 
-/* A smaller damping ratio of the drag is replaced by this one: that changes no bit of any result. */
-#define LEAST_DAMPING 1e-30
-
-/* Largest damping ratios of an Underdamped. Under drag the rates may meet beyond; a damper leaves
-   hardly an oscillation. */
-#define MOST_DRAG 0.7
-#define MOST_DAMPING 0.999
-
-/* Its largest share of the real mode in the compression: with more, drag moves the bodies together or
-   apart much faster than they close, and the real mode and the pair nearly cancel. */
-#define MOST_REAL 0.5
-
-/* A zero grazes if the slope there is less than this part of the pair's amplitude. */
-#define GRAZING (1.0 / 16.0)
-
-/* Over a shorter time (times the fastest rate) an integral is Gauss's, since its closed form is the
-   small difference of large numbers. */
-#define SHORT 0.5
-
-/* A slope (relative to omega times the value) that is smaller may have changed its sign by
-   rounding. */
-#define FLAT 1e-6
-
-/* Of a value, relative. */
-#define ROUNDING 4e-15
-
 /* Extrema between which zeros are searched: later oscillations are smaller, unless beside a level; no
    search for a zero needs so many STEPS. */
 enum { FEW = 4, MORE = 45, MOST_EXTREMA = 2000, STEPS = 200, MAXIMA = 24 };

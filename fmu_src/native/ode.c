@@ -7,33 +7,6 @@
    & Norton, Comput. J. 6, 88, 1963). Panels are added as far as the phase is evaluated; kept are their
    initial states, and the series of one of them. */
 
-/* What a panel may leave out, and an iteration still change, relative to the speeds. */
-#define SERIES_TOLERANCE 1e-14
-
-/* Relative to the time and the width tried first: a panel so short is accepted. */
-#define SHORTEST 1e-15
-
-/* Of the first panel, s, before it is halved until the force is constant on it, more or less. */
-#define FIRST_WIDTH 1.0
-
-/* No lengths (m), speeds and times are so small. */
-#define LEAST 1e-290
-
-/* A contact whose force deviates by less from that at rest, and whose compression changes by less on a
-   panel (relative), is at rest. */
-#define REST 1e-12
-
-/* A compression that has fallen by so much is taken for a constant: there is no end ahead. */
-#define VANISHED 1e-20
-
-/* Force or compression that come so near to 0 (relative) before they grow again: whether they reached
-   0, and the contact ended, is rounding error. */
-#define GRAZING_LEFT 1e-7
-
-/* Impulses over shorter times (relative to the panel) are integrals of the force: the difference of
-   two values loses digits. */
-#define SHORT_OF_PANEL 1e-2
-
 /* So many HALVINGS lead from any double to the next one: registers of 80 bits (x87) have more numbers in
    between. */
 enum { ITERATIONS = 30, MOST_INTEGRATED = 600, PANEL_TIMES = ORDER + 2, HALVINGS = 1100 };

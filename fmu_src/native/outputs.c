@@ -28,10 +28,8 @@ static double result(Component *c, Impact *i, uint32_t reference, double v_club,
     double lasted = contact_lasted(i, instant_now(c));
     switch (reference) {
     case VR_contact_time: return i->before.contact_time + lasted;
-    case VR_max_force:
-        return larger(later_peak(&i->before, contact_largest(&i->contact, FORCE, lasted)).value, s->force);
-    case VR_time_of_max_force:
-        return later_peak(&i->before, contact_largest(&i->contact, FORCE, lasted)).when;
+    case VR_max_force: return larger(peak_force(i, lasted).value, s->force);
+    case VR_time_of_max_force: return peak_force(i, lasted).when;
     case VR_max_compression:
         value = contact_largest(&i->contact, COMPRESSION, lasted).value;
         /* After law 2's separation the ball is still compressed, without force. */
@@ -87,7 +85,7 @@ static int component_get(Component *c, uint32_t reference, Type type, double *va
     int place = place_of(reference);
     *value = type == REAL ? NAN : 0.0;
     if (place < 0 || TABLE[place].type != type) {
-        refuse_call(c, (Refusal){NOT_READABLE, 0, type, {reference}, FINE});
+        refuse_call(c, (Refusal){NOT_READABLE, SETTABLE, type, {reference}, FINE});
         return 0;
     }
     switch (reference) {
@@ -108,7 +106,6 @@ static int has_read_failed(Component *c)
 {
     if (!c->has_failed) return 0;
     c->has_failed = c->has_state = 0;
-    report_one(c, refusal_of_failure(contact_failure(&c->is.impact.contact), NOT_COMPUTABLE,
-                                     0.0, 0.0));
+    report_one(c, not_computed(&c->is.impact));
     return 1;
 }

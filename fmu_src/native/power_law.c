@@ -13,9 +13,6 @@ enum {
     MOST_PANELS = CUTS_ABOVE + 1
 };
 
-/* A panel nearer than this many widths to a zero of x is expanded about that zero. */
-#define NEAR 1.5
-
 /* The motion x' = u, u' = -x - 2 zeta u, whichever way it is damped. */
 typedef struct {
     double zeta, slow, fast, frequency;

@@ -1,7 +1,7 @@
 /* Which values are refused together, and the sentences that say why: those of golf_physics/refusals.py. */
 
-/* Why a value, or a call, is refused: the place of the variable in the table (SETTABLE: the start
-   time), and the numbers of the sentence. */
+/* Why a value, or a call, is refused: the place of the variable to be corrected in the table (SETTABLE:
+   none, or the start time), and the numbers of the sentence. */
 typedef struct {
     Reason reason;
     int place;
@@ -13,27 +13,32 @@ typedef struct {
 
 static const Refusal ACCEPTED = {FINE, 0, REAL, {0.0}, FINE};
 
-static Refusal refusal(Reason reason, double a, double b)
-{
-    return (Refusal){reason, 0, REAL, {a, b}, FINE};
-}
-
-static Refusal refusal_of(int place, double value)
-{
-    return (Refusal){OUT_OF_RANGE, place, TABLE[place].type, {value}, FINE};
-}
-
 /* The place of a variable in the table; -1: there is none with this value reference. */
 static int place_of(uint32_t reference)
 {
     return reference < sizeof PLACES ? PLACES[reference] : -1;
 }
 
+static Refusal refusal(Reason reason, double a, double b)
+{
+    return (Refusal){reason, SETTABLE, REAL, {a, b}, FINE};
+}
+
+static Refusal refusal_of(uint32_t reference, Reason reason, double a, double b)
+{
+    return (Refusal){reason, place_of(reference), REAL, {a, b}, FINE};
+}
+
 /* Of what a failure prevents, with two numbers of its sentence. */
 static Refusal refusal_of_failure(Failure failure, Reason prevented, double a, double b)
 {
     const double *n = failure.numbers;
-    return (Refusal){failure.reason, 0, REAL, {n[0], n[1], n[2], 0.0, 0.0, a, b}, prevented};
+    return (Refusal){failure.reason, SETTABLE, REAL, {n[0], n[1], n[2], 0.0, 0.0, a, b}, prevented};
+}
+
+static Refusal not_computed(const Impact *i)
+{
+    return refusal_of_failure(contact_failure(&i->contact), NOT_COMPUTABLE, 0.0, 0.0);
 }
 
 /* VALUES */
@@ -42,9 +47,10 @@ static Refusal refusal_of_failure(Failure failure, Reason prevented, double a, d
 static Refusal conflict(const Parameters *p, Inputs inputs)
 {
     if (p->law == ABSOLUTE) {
-        if (p->exponent != 1.0) return refusal(EXPONENT_WITH_LAW_1, p->exponent, 0.0);
-        if (p->restitution_at_rest)
-            return refusal(RESTITUTION_AT_REST_WITH_LAW_1, p->restitution_at_rest, 0.0);
+        double n = p->exponent, at_rest = p->restitution_at_rest;
+        if (n != 1.0) return refusal_of(VR_exponent, EXPONENT_WITH_LAW_1, n, 0.0);
+        if (at_rest)
+            return refusal_of(VR_restitution_at_rest, RESTITUTION_AT_REST_WITH_LAW_1, at_rest, 0.0);
     }
     if (p->m_club > MOST_RATIO * p->m_ball || p->m_ball > MOST_RATIO * p->m_club)
         return refusal(MASS_RATIO, p->m_club, p->m_ball);
@@ -53,7 +59,7 @@ static Refusal conflict(const Parameters *p, Inputs inputs)
     double mu = p->m_club * (p->m_ball / (p->m_club + p->m_ball));
     double critical = 2.0 * sqrt(0.5 * (p->exponent + 1.0) * inputs.k * mu);
     if (inputs.b <= MOST_DAMPING_RATIO * critical) return ACCEPTED;
-    return refusal(DAMPING_RATIO, inputs.b, inputs.b / critical);
+    return refusal_of(VR_b, DAMPING_RATIO, inputs.b, inputs.b / critical);
 }
 
 /* Why a force on the club head is rejected at touch: beside it the approach speed must not vanish. */
@@ -62,9 +68,9 @@ static Refusal refusal_of_force(const Parameters *p, Inputs inputs, double closi
     double force = inputs.club_force, contact_force;
     if (p->exponent == 1.0)
         return is_large_push(p, inputs, closing, &contact_force)
-                   ? refusal(LARGE_PUSH, force, contact_force) : ACCEPTED;
+                   ? refusal_of(VR_club_force, LARGE_PUSH, force, contact_force) : ACCEPTED;
     if (!is_large_push_of_power_law(p, inputs.k, force, 0.0, closing, &contact_force)) return ACCEPTED;
-    return refusal(LARGE_PUSH_OF_POWER_LAW, force, contact_force);
+    return refusal_of(VR_club_force, LARGE_PUSH_OF_POWER_LAW, force, contact_force);
 }
 
 /* Why a touch under these inputs is rejected: a coefficient of restitution that falls with the speed
@@ -73,10 +79,9 @@ static Refusal refusal_of_touch(const Parameters *p, Inputs inputs)
 {
     double closing = inputs.club_speed - p->ball_speed;
     double coefficient = p->restitution_at_rest - p->restitution_slope * closing;
-    if (closing <= SLOWEST) return ACCEPTED;
     if (!p->restitution_at_rest || (LEAST_RESTITUTION <= coefficient && coefficient <= 1.0))
         return refusal_of_force(p, inputs, closing);
-    return (Refusal){TOUCH, 0, REAL,
+    return (Refusal){TOUCH, place_of(VR_club_speed), REAL,
                      {inputs.club_speed, p->restitution_at_rest, p->restitution_slope, closing,
                       coefficient}, FINE};
 }

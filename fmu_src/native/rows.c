@@ -57,8 +57,8 @@ static Refusal begin_row(Component *c, int row, double *end)
 {
     for (int n = 0; n < SETTABLE; n++) {
         double value = space.values[n][row];
-        if (!(TABLE[n].low <= value && value <= TABLE[n].high)) return refusal_of(n, value);
-        if (TABLE[n].type == ENUMERATION && value != floor(value))
+        int is_whole = TABLE[n].type != ENUMERATION || value == floor(value);
+        if (!(TABLE[n].low <= value && value <= TABLE[n].high && is_whole))
             return (Refusal){OUT_OF_RANGE, n, REAL, {value}, FINE};
         c->is.values[n] = value;
     }
@@ -82,7 +82,7 @@ static Refusal go_to(Component *c, double instant, double size)
     present(c);
     if (!c->has_failed) return ACCEPTED;
     c->has_failed = 0;
-    return refusal_of_failure(contact_failure(&c->is.impact.contact), NOT_COMPUTABLE, 0.0, 0.0);
+    return not_computed(&c->is.impact);
 }
 
 static void read_results(Component *c, int row)
@@ -133,17 +133,7 @@ static int keep(Refusal why)
     *sentence = 0;
     if (!why.reason) return IS_ACCEPTED;
     put_refusal(&text, &why);
-    if (why.prevented) return SETTABLE;
-    switch (why.reason) {
-    case OUT_OF_RANGE: return why.place;
-    case EXPONENT_WITH_LAW_1: return PLACES[VR_exponent];
-    case RESTITUTION_AT_REST_WITH_LAW_1: return PLACES[VR_restitution_at_rest];
-    case DAMPING_RATIO: return PLACES[VR_b];
-    case TOUCH: return PLACES[VR_club_speed];
-    case LARGE_PUSH:
-    case LARGE_PUSH_OF_POWER_LAW: return PLACES[VR_club_force];
-    default: return SETTABLE;
-    }
+    return why.place;
 }
 
 /* Whether a row is accepted. */

@@ -14,7 +14,7 @@ from ..refusals import failure
 from .chebyshev import INTEGRALS, NODES, ORDER, Series, dot, evaluate, integrate, interpolate
 
 #: What a panel may leave out, and an iteration still change, relative to the speed.
-_TOLERANCE = 1e-14
+_SERIES_TOLERANCE = 1e-14
 
 #: Iterations on a panel before it is halved.
 _ITERATIONS = 30
@@ -79,7 +79,7 @@ def next_panel(
     shortest = _SHORTEST * (t + width)
     while True:
         width = (t + width) - t
-        half, allowed = 0.5 * width, _TOLERANCE * speed(width)
+        half, allowed = 0.5 * width, _SERIES_TOLERANCE * speed(width)
         try:
             slopes = _slopes(f, t, half, start, allowed)
         except (ArithmeticError, ValueError):
