@@ -72,17 +72,17 @@ def sweep(
     names = OUTPUTS if outputs is None else map(str.strip, outputs.split(","))
     design = Design(sets, names, samples, seed, method)
     take_conditions(design.balls.values(), design.axes)
+    with_indices = len(design.distributions) > 1 and design.cases == design.shape[-1]
+    # On a cluster it is a folder.
+    kinds = {out.suffix: scheduler is None, ".json": with_indices, ".png": figures}
+    for suffix in (suffix for suffix, wanted in kinds.items() if wanted):
+        files.check(out.with_suffix(suffix))
     ends = [{name: values[n]} for name, values in design.grid.items() for n in (0, -1)]
     ends += [{name: axis.mean()} for name, axis in design.distributions.items()]
     for words in dict.fromkeys(words for end in ends for words in remarks(end)):
         warn(words, style="yellow")
     if "law" not in design.axes and not any("law" in one.values for one in design.balls.values()):
         say(DEFAULT_LAW)
-    with_indices = len(design.distributions) > 1 and design.cases == design.shape[-1]
-    # On a cluster it is a folder.
-    kinds = {out.suffix: scheduler is None, ".json": with_indices, ".png": figures}
-    for suffix in (suffix for suffix, wanted in kinds.items() if wanted):
-        files.check(out.with_suffix(suffix))
     start, written, indices = time.perf_counter(), [out], {}
     with ExitStack() as stack:
         impact = None

@@ -38,10 +38,17 @@ def unknown_name(kind: str, name: Any, known: Collection[str], also: str = "") -
     # Imported here: usually no name is wrong.
     from difflib import get_close_matches
 
-    similar = get_close_matches(str(name), known, 1, 0.5)
+    similar = [one for one in known if _initials(one) == str(name).lower()]
+    similar += get_close_matches(str(name), known, 1)
     hint = f" (did you mean {similar[0]}?)" if similar else ""
     reason = f"choose from {', '.join(known)}{also}"
     return UserError(f"there is no {kind} {name!r}{hint}: {reason}", str(name), None, reason)
+
+
+def _initials(name: str) -> str:
+    """Such as cor, of coefficient_of_restitution; empty of a single word."""
+    words = name.split("_")
+    return "".join(word[:1] for word in words) if len(words) > 1 else ""
 
 
 def missing_package(what: str, package: str, extra: str, otherwise: str = "") -> UserError:

@@ -8,7 +8,7 @@ import sys
 import tempfile
 import threading
 import weakref
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
@@ -200,8 +200,9 @@ class Fmu:
         with self._refusals():
             self.instance.doStep(point, size)
 
-    def read(self, names: Sequence[str]) -> Named[float]:
-        """Values of Real outputs at this communication point, by name (SI units)."""
+    def read(self, names: Iterable[str]) -> Named[float]:
+        """Values of Real outputs, or of one, at this communication point by name (SI units)."""
+        names = [names] if isinstance(names, str) else [*names]
         try:
             references = [self._outputs[name] for name in names]
         except KeyError as error:
@@ -268,7 +269,7 @@ class Impact(Fmu):
         self._built = path is None
         super().__init__(current_fmu() if path is None else check_fmu(Path(path)))
 
-    def __call__(self, outputs: Sequence[str] = METRICS, **values: float | str) -> Named[float]:
+    def __call__(self, outputs: Iterable[str] = METRICS, **values: float | str) -> Named[float]:
         """Compute an impact in one communication step; see `golf_impact.run_impact`.
 
         Results have no value if the bodies don't touch or separate within the step.

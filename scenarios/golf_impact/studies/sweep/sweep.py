@@ -50,7 +50,7 @@ Axis = Any
 
 def parse_axis(name: str, given: Any) -> Axis:
     """An axis from text, a number or a list; UserError if it has none of the forms above."""
-    text = given if isinstance(given, str) else ",".join(map(str, np.ravel(given).tolist()))
+    text = given if isinstance(given, str) else ",".join(map(str, np.array(given, object).ravel()))
     if name == "ball":
         return np.array([ball(one.strip()).name for one in text.split(",")], object)
     try:
