@@ -1,44 +1,27 @@
-"""Rows of impacts by the engine; its numbers beside the other ways: test_impacts.py."""
+"""Rows and instants by the engine; its results beside the other ways: test_impacts.py."""
 
 import os
 import sys
 
 import numpy as np
 import pytest
-from cases import KINDS
+from cases import DEFAULTS, KINDS
 from command import run as run_process
 from command import run_python
 
 import golf_impact
 from golf_impact import engine
-from golf_impact.data.runs import FLAGS, METRICS, MOMENTARY
-
-
-def spread(number, **values):
-    """Ordinary impacts of all kinds."""
-    rng, kinds = np.random.default_rng(37), [*KINDS.values()]
-    names = {name for kind in kinds for name in kind}
-    columns = {
-        name: np.array(
-            [
-                kinds[n % len(kinds)].get(name, golf_impact.data.quantities.START[name])
-                for n in range(number)
-            ],
-            float,
-        )
-        for name in names
-    }
-    return columns | {"club_speed": rng.uniform(20.0, 60.0, number)} | values
+from golf_impact.data.runs import FLAGS, METRICS, MOMENTARY, PATH
 
 
 @pytest.mark.parametrize("threads", [1, 2, 5])
 def test_the_same_bits_for_any_number_of_threads_in_any_order(threads):
-    columns = spread(3000)
-    expected = golf_impact.run_impacts(threads=1, **columns)
-    order = np.random.default_rng(1).permutation(3000)
-    found = golf_impact.run_impacts(
-        threads=threads, **{name: column[order] for name, column in columns.items()}
-    )
+    rng, rows = np.random.default_rng(37), [DEFAULTS | kind for kind in KINDS.values()]
+    columns = {name: np.resize([row[name] for row in rows], 3000) for name in DEFAULTS}
+    columns["club_speed"] = rng.uniform(20.0, 60.0, 3000)
+    expected, order = golf_impact.run_impacts(threads=1, **columns), rng.permutation(3000)
+    mixed = {name: column[order] for name, column in columns.items()}
+    found = golf_impact.run_impacts(threads=threads, **mixed)
     for name in METRICS:
         assert found[name].tobytes() == expected[name][order].tobytes()
     one = golf_impact.run_impact(**{name: column[7] for name, column in columns.items()})
@@ -72,13 +55,26 @@ def test_only_what_is_read_is_computed(monkeypatch):
     assert read == [[32, 22]]
 
 
-def test_momentary_outputs_are_those_of_the_fmu(way_of):
-    with_force = {"law": 2, "club_force": 300.0, "gap": 0.01}
-    for values in ({}, {"law": 2, "club_speed": -1.0}, with_force):
-        found = golf_impact.run_impact(MOMENTARY, **values)
-        expected = way_of("Impact").function(MOMENTARY, **values)
-        for name in MOMENTARY:
-            assert found[name] == pytest.approx(expected[name], rel=1e-13, abs=1e-16)
+@pytest.mark.parametrize(
+    "values",
+    [
+        *KINDS.values(),
+        {"law": 2, "club_speed": -1.0},
+        {"law": "2", "club_force": 300.0, "gap": "1 cm", "k": "800 N/mm", "club_speed": "95mph"},
+    ],
+)
+def test_momentary_outputs_and_trajectories_are_those_of_the_fmu(way_of, values):
+    impact, outputs = way_of("Impact").function, (*PATH, "mean_force", "max_force", "impulse")
+    found = (
+        golf_impact.run_impact(MOMENTARY, **values),
+        golf_impact.run_trajectory(40, outputs, **values),
+    )
+    expected = impact(MOMENTARY, **values), impact.trajectory(40, outputs, **values)
+    for one, other in zip(found, expected):
+        assert list(one) == list(other)
+        for name, value in other.items():
+            atol = 1e-13 * np.abs(value).max() + 1e-16
+            np.testing.assert_allclose(one[name], value, rtol=0.0, atol=atol)
 
 
 def test_shapes_and_cases_without_a_contact():
@@ -95,66 +91,35 @@ def test_shapes_and_cases_without_a_contact():
     assert golf_impact.run_impacts(["impulse"], k=np.empty((0, 2)))["impulse"].shape == (0, 2)
 
 
-def test_refused_cases_and_the_first_reason():
-    values = {
-        "b": np.array([9.0, -1.0, 9.0, np.nan, 9.0, np.inf, 9.0, 9.0]),
-        "k": np.array([1e6, -1.0, -1.0, 1e6, 1e6, 1e6, 1e6, 1e6]),
-        "law": np.array([2, 2, 2, 2, 1.5, 2, 1, 99]),
-        "exponent": np.array([1, 1, 1, 1, 1, 1, 1.5, 1]),
-    }
-    got = golf_impact.run_impacts(**values)
-    assert got.refused.tolist() == [False] + [True] * 7
-    assert np.isnan(got["impulse"]).tolist() == got.refused.tolist()
-    for n in range(1, 8):
-        with pytest.raises(golf_impact.UserError) as caught:
-            golf_impact.run_impact(**{name: value[n] for name, value in values.items()})
-        assert n > 1 or got.reason == str(caught.value)
-        assert caught.value.reason
-    line = golf_impact.run_impacts(law=2, restitution_at_rest=[0.9, 0.1], restitution_slope=0.003)
-    assert line.refused.tolist() == [False, True]
-    assert "at touch" in line.reason
-    masked = np.ma.array([1e6, 2e6], mask=[False, True])
-    assert golf_impact.run_impacts(k=masked).refused.tolist() == [False, True]
-
-
 @pytest.mark.parametrize(
-    ("values", "variable"),
+    ("values", "reason"),
     [
-        ({"b": -1.0}, "b"),
-        ({"exponent": 2.0}, "exponent"),
-        ({"restitution_at_rest": 0.5}, "restitution_at_rest"),
-        ({"law": 2, "restitution_at_rest": 0.1, "restitution_slope": 1.0}, "club_speed"),
-        ({"law": 3}, "law"),
+        # What is masked is missing.
+        ({"k": np.ma.array([1e6, 2e6, np.nan], mask=[False, True, False])}, "k = nan N/m"),
+        ({"k": [1e6, -1.0, 1e6], "b": [9.0, -2.0, -1.0]}, "k = -1 N/m"),
+        ({"law": [2, 1.5, 99]}, "law = 1.5 "),
+        ({"law": 2, "restitution_at_rest": [0.9, 0.1, 0.2], "restitution_slope": 0.01}, "touch"),
     ],
 )
-def test_the_variable_to_be_corrected(values, variable):
-    with pytest.raises(golf_impact.UserError) as caught:
-        golf_impact.run_impact(**values)
-    assert caught.value.variable == variable
-    assert ("plain FMU (golf-impact run --set law=3" in str(caught.value)) == (variable == "law")
+def test_refused_cases_and_the_first_reason(values, reason):
+    got = golf_impact.run_impacts(["impulse", "touched"], **values)
+    assert got.refused.tolist() == np.isnan(got["impulse"]).tolist() == [False, True, True]
+    assert got["touched"].tolist() == (~got.refused).tolist()
+    assert reason in got.reason
 
 
-@pytest.mark.parametrize("run", [golf_impact.run_impact, golf_impact.run_impacts])
-def test_values_with_units(run):
-    given = run(["impulse"], law="2", k="800 N/mm", club_speed="95mph", m_club="200 g")
-    assert (
-        given["impulse"]
-        == run(["impulse"], law=2, k=8e5, club_speed=42.4688, m_club=0.2)["impulse"]
-    )
-    for k, why in ((None, "it must be a number"), ("8 lb", "isn't a unit it may have: N/m")):
-        with pytest.raises(golf_impact.UserError, match=why) as caught:
-            run(k=k)
-        assert caught.value.variable == "k"
+def test_values_with_units():
+    text = {"law": "2", "k": "800 N/mm", "club_speed": "95mph", "m_club": "200 g"}
+    numbers = {"law": 2, "k": 8e5, "club_speed": 42.4688, "m_club": 0.2}
+    for run in (golf_impact.run_impact, golf_impact.run_impacts):
+        assert run(["impulse"], **text) == run(["impulse"], **numbers)
     several = golf_impact.run_impacts(["impulse"], k=["800 N/mm", "1e6"])["impulse"]
     assert (several == golf_impact.run_impacts(["impulse"], k=[8e5, 1e6])["impulse"]).all()
-
-
-def test_values_that_are_refused():
-    for values, message in (
-        ({"k": 1j}, "k is refused: it must be a number"),
-        ({"k": [1e6, 2e6], "b": [1, 2, 3]}, r"k \(2,\), b \(3,\)"),
+    for values, why in (
+        ({"k": [1j]}, "a number"),
+        ({"k": [1, 2], "b": [1] * 3}, r"k \(2,\), b \(3,\)"),
     ):
-        with pytest.raises(golf_impact.UserError, match=message):
+        with pytest.raises(golf_impact.UserError, match=why):
             golf_impact.run_impacts(**values)
 
 
@@ -170,15 +135,6 @@ def test_instants_in_any_order():
     # More than a call of the engine takes.
     many = golf_impact.run_trajectory(10_001, ["impulse"], law=2, gap=1e-3)
     assert (np.diff(many["impulse"]) >= 0.0).all()
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_a_trajectory_is_that_of_the_fmu(way_of, kind):
-    outputs = ("force", "club_position", "ball_velocity", "mean_force", "max_force", "impulse")
-    found = golf_impact.run_trajectory(40, outputs, **KINDS[kind])
-    expected = way_of("Impact").function.trajectory(40, outputs, **KINDS[kind])
-    for name, values in expected.items():
-        np.testing.assert_allclose(found[name], values, rtol=0, atol=1e-13 * np.abs(values).max())
 
 
 @pytest.mark.parametrize(

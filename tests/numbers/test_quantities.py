@@ -4,13 +4,12 @@ import math
 from importlib.resources import files
 
 import pytest
-from cases import DEFAULTS, Case, scales_of
+from cases import DEFAULTS, KINDS, Case, scales_of
 from compare import assert_close
 from golf_physics.variables import MORE_UNITS
 from ways import REALS
 
 from golf_build import BY_NAME, UNITS
-from golf_build.system import COMPANIONS
 from golf_impact.data.balls import BALLS
 from golf_impact.data.document import Printed
 from golf_impact.data.files import read_toml
@@ -21,7 +20,7 @@ from golf_impact.data.units import SYMBOLS, symbol_of, unit_of
 PAGE = read_toml(files("golf_impact.explore") / "page.toml")
 MEASURED = read_toml(files("golf_impact.data") / "measured.toml")
 
-# Digits of sources
+# Digits of sources; of balls: transcripts/list.md, of start values: snapshots
 
 
 def test_columns_of_the_tour_add_up():
@@ -53,43 +52,16 @@ def test_speeds_of_balls():
     assert ranges == dict.fromkeys(BALLS, (30.0, 50.0)) | documents | {"tour": (45.0, 55.0)}
 
 
-def test_start_values_of_the_flight():
-    """Ferguson, McNally & McPhee, ISEA 2022, doi:10.5703/1288284317493; a driver of the tour."""
-    expected = {
-        "kinematic_viscosity": 1.48e-5, "air_density": 1.225, "gravity": 9.80665,
-        "spin_decay": 2e-5, "spin_ratio_limit": 0.75, "wind_speed": 0.0,
-        "drag_constant": 0.1304, "drag_spin": 0.9287, "drag_spin_squared": -0.8259,
-        "drag_reynolds": 0.0, "lift_constant": 0.0504, "lift_spin": 1.2031,
-        "lift_spin_squared": -1.1490, "lift_reynolds": 0.0,
-        "backspin": 2686.0 * math.pi / 30.0, "launch_angle": math.radians(10.9),
-    }  # fmt: skip
-    rows = {row.name: row.start for row in COMPANIONS["BallFlight"].tables["rows"]}
-    assert {name: rows[name] for name in expected} == pytest.approx(expected, rel=1e-15)
-
-
-def test_balls_have_the_digits_of_their_source():
-    """The document; Penner's COR 0.86 - 0.0029 v; the rules' 1.620 oz and 1.680 in at most."""
-    assert (BALLS["document"].values["k"], BALLS["document"].values["b"]) == (1e6, 9.0)
-    assert (BALLS["document-old"].values["k"], BALLS["document-old"].values["b"]) == (0.5e6, 12.0)
-    for name in ("penner", "rating-low", "rating-mid", "rating-high"):
-        line = [BALLS[name].values[n] for n in ("restitution_at_rest", "restitution_slope")]
-        assert line == [0.86, 0.0029]
-    assert BY_NAME["m_ball"].start == round(1.620 * 0.028349523125, 5)
-    assert BY_NAME["ball_diameter"].start == round(1.680 * 0.0254, 5)
-
-
 # Formats
 
 
-@pytest.mark.parametrize(
-    ("text", "scale", "half"), [("621", 1e-6, 5e-7), ("21.50", 1.0, 5e-3), ("91", 0.01, 5e-3)]
-)
-def test_half_a_printed_digit(text, scale, half):
-    number = Printed(text, scale)
-    assert (number.value, number.half_digit) == pytest.approx((float(text) * scale, half))
-    assert number.is_near(number.value + 0.9999 * half)
-    assert not number.is_near(number.value + 1.0001 * half)
-    assert number.is_near(number.value - 1.9999 * half, halves=2.0)
+def test_half_a_printed_digit():
+    for text, scale, half in (("621", 1e-6, 5e-7), ("21.50", 1.0, 5e-3), ("91", 0.01, 5e-3)):
+        number = Printed(text, scale)
+        assert (number.value, number.half_digit) == pytest.approx((float(text) * scale, half))
+        assert number.is_near(number.value + 0.9999 * half)
+        assert not number.is_near(number.value + 1.0001 * half)
+        assert number.is_near(number.value - 1.9999 * half, halves=2.0)
 
 
 @pytest.mark.parametrize(
@@ -114,7 +86,7 @@ def test_a_value_and_its_error(value, error, text):
 
 
 def test_an_error_that_is_rounding():
-    """That of a momentum which no parameter changes isn't one."""
+    """That of a momentum which no parameter changes isn't printed."""
     about = QUANTITIES["momentum"]
     assert about.format_value(8.4, 8.3e-13) == "8.4000"
     assert about.format_value(8.4, 8.3e-6) == "8.4000000 ± 0.0000083"
@@ -132,14 +104,12 @@ def test_results_without_a_value():
 #: Of figures and the page alone: the SI unit and the size in it.
 OTHERS = {"": ("1", 1.0), "rpm": ("rad/s", math.pi / 30.0), "D": ("1", 1.0)}
 
-#: Of results that are no outputs: the output with their dimension.
+#: Of results that are no outputs, and momenta in N·s: the output with their unit.
 ALIKE = {
-    "momentum_initial": "impulse", "momentum_final": "impulse", "momentum_gain_ball": "impulse",
-    "momentum": "impulse", "kinetic_energy_initial": "kinetic_energy",
-    "kinetic_energy_final": "kinetic_energy",
+    **dict.fromkeys(("momentum_initial", "momentum", "momentum_gain_ball"), "impulse"),
+    "kinetic_energy_initial": "kinetic_energy",
     "contact_displacement_over_diameter": "smash_factor",
-    "compression_over_diameter": "smash_factor",
-}  # fmt: skip
+}
 
 TABLES = {**QUANTITIES, **{name: Quantity(*row) for name, row in PAGE["units"].items()}}
 
@@ -149,41 +119,27 @@ def size_of(unit):
     return OTHERS[unit] if unit in OTHERS else SYMBOLS[symbol_of(unit)]
 
 
-@pytest.mark.parametrize("table", [QUANTITIES, TABLES], ids=["tables", "page"])
-def test_units_fit_their_factors(table):
-    for name, quantity in table.items():
+def test_units_fit_their_factors():
+    for name, quantity in TABLES.items():
         si, size = size_of(quantity.unit)
         unit = BY_NAME[ALIKE.get(name, name)].unit
         assert (si, quantity.factor * size) == (unit, pytest.approx(1.0)), name
-
-
-def test_units_of_the_page():
     for control in PAGE["controls"]:
         assert size_of(control["unit"])[0] == (unit_of(control["name"]) or "1"), control
 
 
-def dimension(*factors):
-    """Of a product of variables, by exponents: (name, 1) or (name, -1)."""
-    base, units = {}, UNITS | MORE_UNITS
-    for name, power in factors:
-        for unit, exponent in units[BY_NAME[name].unit].base.items():
-            base[unit] = base.get(unit, 0) + power * exponent
-    return {unit: exponent for unit, exponent in base.items() if exponent}
+#: Exponents of kg, m and s by unit.
+BASE = {"": {}} | {name: unit.base for name, unit in (UNITS | MORE_UNITS).items()}
 
 
 def test_the_unit_of_an_acceleration():
     """Those of other outputs: in results in other base units."""
     for body in ("club", "ball"):
-        acceleration = dimension((f"{body}_acceleration", 1))
-        assert acceleration == dimension(("force", 1), (f"m_{body}", -1))
+        assert BASE[BY_NAME[f"{body}_acceleration"].unit] == {"m": 1, "s": -2}
 
 
-#: Of each kind; the last two are overdamped, and pulled.
-ANY = (
-    {"law": 1}, {"law": 2, "club_force": 300.0}, {"law": 2, "exponent": 1.6, "gap": 0.001},
-    {"law": 2, "restitution_at_rest": 0.86, "restitution_slope": 0.0029},
-    *({"law": n, "k": 8e3, "b": 1540.0, "club_speed": 276.0, "club_force": -1.1e5} for n in (1, 2)),
-)  # fmt: skip
+PULLED = {"k": 8e3, "b": 1540.0, "club_speed": 276.0, "club_force": -1.1e5}
+ANY = (*KINDS.values(), {"law": 2, "club_force": 300.0}, *({"law": n, **PULLED} for n in (1, 2)))
 
 
 @pytest.mark.parametrize("sign", [1, -1])
@@ -191,10 +147,9 @@ ANY = (
 def test_results_do_not_depend_on_the_base_units(way_of, values, sign):
     def run(steps, **units):
         def size(name):
-            return math.prod(units[unit] ** n for unit, n in dimension((name, 1)).items())
+            return math.prod(units[unit] ** n for unit, n in BASE[BY_NAME[name].unit].items())
 
-        given = {name: value for name, value in (DEFAULTS | values).items() if name != "law"}
-        given = {name: size(name) * value for name, value in given.items()} | {"law": values["law"]}
+        given = {name: size(name) * value for name, value in (DEFAULTS | values).items()}
         path = way_of("in process").path(given, [(2e-4 * size("contact_time"), {})] * steps)
         return {name: path[-1][name] / size(name) for name in REALS}
 
