@@ -5,7 +5,7 @@ It has as many variables of each kind as ClubBallImpact, and some of their names
 
 from pythonfmu import Boolean, Fmi2Causality, Fmi2Slave, Fmi2Variability, Integer, Real
 
-OUTPUTS = ("force", "club_position", "ball_position", "club_velocity", "ball_velocity")
+OUTPUTS = ("smash_factor", "coefficient_of_restitution", "energy_efficiency")
 _INPUT, _OUTPUT = {"causality": Fmi2Causality.input}, {"causality": Fmi2Causality.output}
 _FLAG = {"causality": Fmi2Causality.output, "variability": Fmi2Variability.discrete}
 _FIXED = {"causality": Fmi2Causality.parameter, "variability": Fmi2Variability.fixed}
@@ -17,8 +17,8 @@ class Empty(Fmi2Slave):
         for kind, start, options, names in (
             (Real, 0.0, _INPUT, ("k", "b", "club_speed", "club_force")),
             (Real, 0.0, _FIXED, (f"parameter{n}" for n in range(9))),
-            (Integer, 1, _FIXED, ("choice",)),
-            (Real, 0.0, _OUTPUT, (*OUTPUTS, *(f"output{n}" for n in range(14)))),
+            (Integer, 1, _FIXED, ("law",)),
+            (Real, 0.0, _OUTPUT, (*OUTPUTS, *(f"output{n}" for n in range(16)))),
             (Boolean, False, _FLAG, (f"flag{n}" for n in range(3))),
         ):
             for name in names:

@@ -1,14 +1,14 @@
 """Ways to compute S, COR and E of the document's impact, as `bench` compares them."""
 
 import ctypes
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import fmpy
 
-from golf_impact.evidence.peers import dop853, empty_fmu, fmus
+from golf_impact.evidence.peers import dop853, fmus
 from golf_impact.fmu import Impact
 
 METRICS = ["smash_factor", "coefficient_of_restitution", "energy_efficiency"]
@@ -23,10 +23,6 @@ IMPACTS = 100
 
 #: From k (N/m) to S, COR and E.
 Solve = Callable[[float], Sequence[float]]
-
-#: For a law an instance, its value references by name, and the state in which each impact begins,
-#: or None if a doStep is a whole impact.
-Open = Callable[[int], tuple[Any, Mapping[str, int], Any]]
 
 
 class Way(NamedTuple):
@@ -50,45 +46,102 @@ def compared(
         quick: fewer points.
     """
     stepped, empty = fmus.extract_peers(folder)
-    *_, fastest = stepped.items()
-    slave = impact.instance
+    library = fmus.compile_calls(folder) if in_c else None
+    language, fastest = [*stepped.items()][-1]
+    slave, restored = impact.instance, "state restored, k set, doStep, getReal"
     restore = partial(slave.setFMUstate, slave.getFMUstate())
     rows = [
-        by_restored_state(impact, OURS),
+        by_calls(OURS, restored, impact.folder, restored=True),
         by_simulate_fmu(impact, "state restored", slave, restore),
         by_simulate_fmu(impact, "instance reset", slave, slave.reset),
         by_simulate_fmu(impact, "a new instance"),
         *(by_sub_steps(*each, order=1, dt=0.5e-6) for each in stepped.items()),
-        by_sub_steps(*fastest, order=4, dt=5e-6),
+        by_sub_steps(language, fastest, order=4, dt=5e-6),
         by_dop853(1e-12),
     ]
     if in_c:
-        library = fmus.compile_calls(folder)
         rows += [
-            by_restored_state(in_c, NATIVE),
-            by_restored_state(in_c, NATIVE, library),
-            by_sub_steps(*fastest, order=1, dt=0.5e-6, library=library),
+            by_calls(NATIVE, restored, in_c.folder, restored=True),
+            by_calls(NATIVE, restored, in_c.folder, library, restored=True),
+            by_sub_steps(language, fastest, order=1, dt=0.5e-6, library=library),
         ]
-    rows += [by_empty_fmu(empty)] if empty else []
+    rows += [by_calls(EMPTY, "k set, doStep, getReal", empty)] if empty else []
     spaces = 4 if quick else 16
     sub_steps = [*(10.0 ** -(5 + 2 * n / spaces) for n in range(spaces + 1)), 1e-8, 1e-9]
-    points = [by_sub_steps(*fastest, order, dt) for order in (1, 4) for dt in sub_steps]
+    points = [by_sub_steps(language, fastest, order, dt) for order in (1, 4) for dt in sub_steps]
     return rows, points + [by_dop853(10.0**-n) for n in range(3, 14, 5 if quick else 1)]
 
 
-def by_restored_state(impact: Impact, name: str, library: Path | None = None) -> Way:
-    """One doStep from a saved state: the fewest and cheapest FMI calls."""
-    slave, at = impact.instance, impact.references
+def by_calls(
+    name: str,
+    called: str,
+    folder: Path | str,
+    library: Path | None = None,
+    restored: bool = False,
+    **start: float,
+) -> Way:
+    """The fewest and cheapest FMI calls, by fmpy or in C.
 
-    def opened(law: int) -> tuple[Any, Mapping[str, int], Any]:
-        slave.reset()
+    Args:
+        name: of the way.
+        called: how, in words.
+        folder: the extracted FMU.
+        library: that of impacts.c, for calls in C.
+        restored: each impact begins by restoring a state; else a doStep is a whole impact.
+        start: values of parameters.
+    """
+
+    def prepare(law: int) -> Solve:
+        description = fmpy.read_model_description(folder)
+        slave = fmpy.instantiate_fmu(folder, description)
         slave.setupExperiment()
         slave.enterInitializationMode()
-        slave.setInteger([at["law"]], [law])
+        variables = {v.name: v for v in description.modelVariables}
+        for variable, value in {"law": law, **start}.items():
+            setter = getattr(slave, f"set{variables[variable].type}")
+            setter([variables[variable].valueReference], [value])
         slave.exitInitializationMode()
-        return slave, at, slave.getFMUstate()
+        k, *outputs = (variables[name].valueReference for name in ("k", *METRICS))
+        run = partial(_in_c, library) if library else _by_fmpy
+        return run(slave, [k], outputs, slave.getFMUstate() if restored else None)
 
-    return _by_calls(name, "state restored, k set, doStep, getReal", opened, library)
+    return Way(name, f"in C: {called}" if library else called, prepare, IMPACTS if library else 1)
+
+
+def _by_fmpy(slave: Any, k: list[int], outputs: list[int], start: Any) -> Solve:
+    def solve(stiffness: float) -> Sequence[float]:
+        if start is not None:
+            slave.setFMUstate(start)
+        slave.setReal(k, [stiffness])
+        slave.doStep(0.0, STEP)
+        return slave.getReal(outputs)
+
+    return solve
+
+
+def _in_c(library: Path, slave: Any, k: list[int], outputs: list[int], start: Any) -> Solve:
+    """IMPACTS impacts, the last with the given stiffness."""
+    run, values = ctypes.CDLL(str(library)).impacts, (ctypes.c_double * 3)()
+    names = ("SetFMUstate", "SetReal", "DoStep", "GetReal")
+    functions = [ctypes.cast(getattr(slave.dll, f"fmi2{n}"), ctypes.c_void_p) for n in names]
+    component, references = ctypes.c_void_p(slave.component), ((ctypes.c_uint * 3)(*outputs))
+    reference = ctypes.byref(ctypes.c_uint(*k))
+
+    def solve(stiffness: float) -> Sequence[float]:
+        number = ctypes.c_double(stiffness)
+        run(IMPACTS, component, start, number, reference, references, values, *functions)
+        return list(values)
+
+    return solve
+
+
+def by_sub_steps(
+    language: str, folder: Path, order: int, dt: float, library: Path | None = None
+) -> Way:
+    """An extracted SteppedImpact.fmu: all sub-steps of `dt` s inside one doStep."""
+    name = f"{'explicit Euler' if order == 1 else 'Runge–Kutta 4'}, {language} FMU"
+    called = f"k set, doStep of {1e6 * dt:.2g} µs sub-steps, getReal"
+    return by_calls(name, called, folder, library, order=order, dt=dt)
 
 
 def by_simulate_fmu(
@@ -112,86 +165,7 @@ def by_simulate_fmu(
     return Way(OURS, f"simulate_fmu, {called}", lambda law: partial(solve, law))
 
 
-def by_sub_steps(
-    language: str, folder: Path, order: int, dt: float, library: Path | None = None
-) -> Way:
-    """An extracted SteppedImpact.fmu: all sub-steps of `dt` s inside one doStep."""
-
-    def opened(law: int) -> tuple[Any, Mapping[str, int], Any]:
-        slave, at = _instance(folder)
-        slave.setInteger([at["law"], at["order"]], [law, order])
-        slave.setReal([at["dt"]], [dt])
-        slave.exitInitializationMode()
-        return slave, at, None
-
-    name = f"{'explicit Euler' if order == 1 else 'Runge–Kutta 4'}, {language} FMU"
-    called = f"k set, doStep of {1e6 * dt:.2g} µs sub-steps, getReal"
-    return _by_calls(name, called, opened, library)
-
-
 def by_dop853(rtol: float) -> Way:
     """SciPy's DOP853 at this relative tolerance."""
     called = f"solve_ivp, rtol {rtol:g}"
     return Way("DOP853, SciPy", called, lambda law: partial(dop853.solve, law, rtol))
-
-
-def by_empty_fmu(folder: Path) -> Way:
-    """An extracted Empty.fmu: what doStep and its reads cost if nothing is computed."""
-
-    def opened(law: int) -> tuple[Any, Mapping[str, int], Any]:  # noqa: ARG001
-        slave, at = _instance(folder)
-        slave.exitInitializationMode()
-        return slave, dict(zip(METRICS, (at[name] for name in empty_fmu.OUTPUTS))) | at, None
-
-    return _by_calls(EMPTY, "k set, doStep, getReal", opened)
-
-
-def _instance(folder: Path) -> tuple[Any, dict[str, int]]:
-    """An instance in initialization mode, and value references by name."""
-    description = fmpy.read_model_description(folder)
-    slave = fmpy.instantiate_fmu(folder, description)
-    slave.setupExperiment()
-    slave.enterInitializationMode()
-    return slave, {v.name: v.valueReference for v in description.modelVariables}
-
-
-def _by_calls(name: str, called: str, opened: Open, library: Path | None = None) -> Way:
-    """FMI calls by fmpy, or in C by the library of impacts.c."""
-    if library:
-        return Way(name, f"in C: {called}", lambda law: _in_c(library, *opened(law)), IMPACTS)
-
-    def prepare(law: int) -> Solve:
-        slave, at, start = opened(law)
-        return partial(_solve, slave, start, [at["k"]], [at[name] for name in METRICS])
-
-    return Way(name, called, prepare)
-
-
-def _solve(
-    slave: Any, start: Any, reference: list[int], outputs: list[int], k: float
-) -> Sequence[float]:
-    """An impact from this state, if one is given, with this stiffness (N/m) in one step."""
-    if start is not None:
-        slave.setFMUstate(start)
-    slave.setReal(reference, [k])
-    slave.doStep(0.0, STEP)
-    return slave.getReal(outputs)
-
-
-def _in_c(library: Path, slave: Any, at: Mapping[str, int], start: Any) -> Solve:
-    """IMPACTS impacts in C, the last with the given stiffness (N/m)."""
-    run, values = ctypes.CDLL(str(library)).impacts, (ctypes.c_double * 3)()
-    outputs = (ctypes.c_uint * 3)(*(at[name] for name in METRICS))
-    functions = [
-        ctypes.cast(getattr(slave.dll, f"fmi2{name}"), ctypes.c_void_p)
-        for name in ("SetFMUstate", "SetReal", "DoStep", "GetReal")
-    ]
-    stiffness = ctypes.byref(ctypes.c_uint(at["k"]))
-    component = ctypes.c_void_p(slave.component)
-
-    def solve(k: float) -> Sequence[float]:
-        number = ctypes.c_double(k)
-        run(IMPACTS, component, start, number, stiffness, outputs, values, *functions)
-        return list(values)
-
-    return solve
