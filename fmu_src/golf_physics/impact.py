@@ -119,8 +119,6 @@ def advance(impact: Impact, inputs: Inputs, instant: Instant) -> Impact:
 
 def _acting(p: Parameters, inputs: Inputs, closing: float) -> Inputs:
     """The inputs that act in a contact with this approach speed, m/s: b may follow from a COR."""
-    if not p.restitution_at_rest:
-        return inputs
     return inputs._replace(b=LAWS[p.law].damping(p, inputs.k, closing))
 
 
@@ -182,8 +180,9 @@ class Approach(Impact):
             self._at_touch = touch, start
         else:
             touch, start = self._at_touch
-        acting = _acting(p, inputs, start.closing)
-        return Contact(p, acting, touch.instant, touch, start, _NONE_YET)
+        if p.restitution_at_rest:
+            inputs = _acting(p, inputs, start.closing)
+        return Contact(p, inputs, touch.instant, touch, start, _NONE_YET)
 
     def is_undecided(self, instant: Instant) -> bool:
         """Whether no step has moved past the touch yet, by more than the clock's last bit."""
@@ -241,7 +240,8 @@ class Contact(Impact):
         """The impact with other inputs from this instant on."""
         p, touch = self.parameters, self.touch
         law = LAWS[p.law]
-        inputs = _acting(p, inputs, touch.club_speed - p.ball_speed)
+        if p.restitution_at_rest:
+            inputs = _acting(p, inputs, touch.club_speed - p.ball_speed)
         k, b, _, club_force = inputs
         acting = self.inputs
         if k == acting[0] and b == acting[1] and club_force == acting[3]:

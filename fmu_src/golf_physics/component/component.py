@@ -223,18 +223,22 @@ class Component(FmiComponent):
         if references != self._requested:
             self._requested, self._pick = reading(tuple(references), "Real")
         pick = self._pick
-        return self.state() if pick is None else self._read(pick, len(references), nan)
-
-    def discretes(self, references: list[int], type_: str) -> list[Any]:
-        """Values of variables of another type ("Enumeration", "Boolean")."""
-        return self._read(reading(tuple(references), type_)[1], len(references), 0)
-
-    def _read(self, pick: Callable[[Any], list[Any]], count: int, failed: float) -> list[Any]:
+        if pick is None:
+            return self.state()
         try:
             return pick(self)
         except (ArithmeticError, ValueError) as error:
             self._report(not_computed(error))
-            return [failed] * count
+            return [nan] * len(references)
+
+    def discretes(self, references: list[int], type_: str) -> list[Any]:
+        """Values of variables of another type ("Enumeration", "Boolean")."""
+        _, pick = reading(tuple(references), type_)
+        try:
+            return pick(self)
+        except (ArithmeticError, ValueError) as error:
+            self._report(not_computed(error))
+            return [0] * len(references)
 
     def impact(self) -> Any:
         """The impact at the present instant, for outputs.

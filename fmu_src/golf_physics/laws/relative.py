@@ -18,6 +18,7 @@ from ..restitution import LEAST, damping_ratio
 from ..values import Inputs, Motion, Parameters, Refusal
 from .contact import ContactPhase
 from .law import Law, LinearLaw
+from .linear import linear_contact
 from .power_law import PowerLawContact
 
 
@@ -73,7 +74,7 @@ class RelativeLaw(LinearLaw):
     def contact(self, p: Parameters, inputs: Inputs, start: Motion) -> ContactPhase:
         k, b, _, club_force = inputs
         if p.exponent == 1.0:
-            return super().contact(p, inputs, start)
+            return linear_contact(k, b, 0.0, p.m_club, p.m_ball, start, club_force)
         if not club_force:
             return PowerLawContact(p, k, b, start)
         problem = _refusal_of_force(p, k, club_force, start.compression, start.closing)
