@@ -54,15 +54,6 @@ def test_changes_in_contact_against_an_integration(way_of, name):
         assert_close(found, expected, scales, 1e-9, case=name)
 
 
-def test_a_change_that_would_pull_ends_the_contact(way_of):
-    given = {"law": 2, "exponent": 1.5}
-    before, after = way_of("in process").path(given, [(5e-4, {}), (1e-3, {"b": 1e4})])
-    assert after["contact_time"] == 5e-4
-    names = ("ball_velocity", "club_velocity", "max_force", "impulse")
-    assert [after[name] for name in names] == [before[name] for name in names]
-    assert after["separated"]
-
-
 @pytest.mark.parametrize("exponent", [1.0 + 1e-9, 1.5, 10.0])
 @pytest.mark.parametrize("zeta", [0.0, 0.1, 1.0, 30.0])
 def test_mean_forces_are_exact_relative_to_their_steps(way_of, exponent, zeta):
