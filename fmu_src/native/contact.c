@@ -104,6 +104,14 @@ static double contact_value(Contact *c, Quantity quantity, double t)
 /* Impulse of the contact force over [begin, begin + width], N.s. */
 static double contact_impulse(Contact *c, double begin, double width)
 {
+    double end = begin + width, half = 0.5 * width, total = 0.0;
+    int is_short = c->kind == INTEGRATED ? is_short_of_panel(&c->as.integrated, end, width)
+                                         : width * c->rate <= SHORT;
+    if (is_short) {
+        for (int n = 0; n < GAUSS_POINTS; n++)
+            total += GAUSS_WEIGHTS[n] * contact_value(c, FORCE, end - half * (1.0 - GAUSS_NODES[n]));
+        return half * total;
+    }
     switch (c->kind) {
     case UNDERDAMPED: return underdamped_impulse(&c->as.underdamped, begin, width);
     case POWER_LAW: return power_law_impulse(&c->as.power_law, begin, width);

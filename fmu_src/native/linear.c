@@ -241,20 +241,8 @@ static double underdamped_value(const Underdamped *o, Quantity quantity, double 
     return underdamped_at(o, quantity == FORCE ? o->force : o->d, t);
 }
 
-/* numerics/gauss.py, of the force of either kind of contact. */
-static double integral(double (*force)(const void *, double), const void *o, double end, double width)
-{
-    double half = 0.5 * width, total = 0.0;
-    for (int n = 0; n < GAUSS_POINTS; n++)
-        total += GAUSS_WEIGHTS[n] * force(o, end - half * (1.0 - GAUSS_NODES[n]));
-    return half * total;
-}
-
-static double underdamped_force(const void *o, double t) { return underdamped_value(o, FORCE, t); }
-
 static double underdamped_impulse(const Underdamped *o, double begin, double width)
 {
-    if (width * o->rate <= SHORT) return integral(underdamped_force, o, begin + width, width);
     double r = o->rates.a, h = o->rates.c, frequency = o->rates.s;
     double a = o->force.a, c = o->force.c, s = o->force.s;
     double real = r ? -a * exp(-r * begin) * expm1(-r * width) / r : a * width;
@@ -636,11 +624,8 @@ static State linear_state(const LinearContact *o, double t)
     return (State){force, x, x - d, mean + o->p * w, mean - o->q * w, d};
 }
 
-static double linear_force(const void *o, double t) { return linear_value(o, FORCE, t); }
-
 static double linear_impulse(const LinearContact *o, double begin, double width)
 {
-    if (width * o->rate <= SHORT) return integral(linear_force, o, begin + width, width);
     LinearContact later = *o;
     Newton functions = functions_at(&o->modes, o->omega * begin);
     set_rows(&later, total_of(o->d, functions), total_of(o->w, functions), total_of(o->v, functions));

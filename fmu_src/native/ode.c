@@ -422,18 +422,21 @@ static State integrated_state(Integrated *o, double t)
     return (State){force, x_ball + q[D], x_ball, v_ball + q[W], v_ball, q[D]};
 }
 
+/* Whether the time before `end` is so short that the difference of two impulses would lose digits. */
+static int is_short_of_panel(Integrated *o, double end, double width)
+{
+    double ignored[QUANTITIES];
+    integrated_at(o, end, ignored);
+    if (!o->count) return 0;
+    const PanelStart *at = &panel_at(o, end)->at;
+    return width < SHORT_OF_PANEL * (at->end - at->begin);
+}
+
 static double integrated_impulse(Integrated *o, double begin, double width)
 {
-    double first[QUANTITIES], last[QUANTITIES], end = begin + width, half = 0.5 * width, sum = 0.0;
-    integrated_at(o, end, last);
+    double first[QUANTITIES], last[QUANTITIES];
+    integrated_at(o, begin + width, last);
     if (!o->count) return NAN;
-    const PanelStart at = panel_at(o, end)->at;
-    if (width < SHORT_OF_PANEL * (at.end - at.begin)) {
-        for (int n = 0; n < GAUSS_POINTS; n++)
-            sum += GAUSS_WEIGHTS[n]
-                   * integrated_value(o, FORCE, end - half * (1.0 - GAUSS_NODES[n]));
-        return half * sum;
-    }
     integrated_at(o, begin, first);
     /* m_ball v_ball' = F */
     return o->p.m_ball * (last[GAINED] - first[GAINED]);

@@ -124,35 +124,6 @@ static double panel_time_to(const Panel *p, double omega, double s)
     return p->direction * panel_clock(p, omega, pow(s / p->width, 1.0 / p->r));
 }
 
-/* The panel between s = first and last, which begins at the time t and ends at sigma = stop (since
-   the start of the phase); `origin` is at s = 0. */
-static Panel panel(const Oscillator *o, double m, double omega, Phase origin, double first,
-                   double last, double stop, double t)
-{
-    Panel p = {.x = origin.x, .u = origin.u, .stop = stop, .at_zero = origin.x == 0.0};
-    p.r = p.at_zero ? m : 1.0;
-    p.width = last > 0.0 ? last : first;
-    p.sigma = stop - last;
-    p.direction = p.width > 0.0 ? 1.0 : -1.0;
-    p.reach = pow(fabs(p.width), 1.0 / p.r);
-    double power = (1.0 - m) / m, values[ORDER], g[ORDER];
-    for (int n = 0; n < ORDER; n++)
-        values[n] = pow(panel_ratio(&p, o, 0.5 * p.width * (1.0 + NODES[n])), power);
-    interpolate(values, g);
-    /* (1 + z) T_j' = j T_j + 2j (T_(j-1) + T_(j-2) + ... + T_0 / 2): solved from the top. Series list
-       their coefficients from the highest order down. */
-    double above = 0.0;
-    for (int j = ORDER - 1; j > 0; j--) {
-        double coefficient = (g[ORDER - 1 - j] - 2.0 * above) / (j + 1.0 / p.r);
-        above += j * coefficient;
-        p.series[ORDER - 1 - j] = coefficient;
-    }
-    p.series[ORDER - 1] = (g[ORDER - 1] - above) * p.r;
-    p.t_origin = t - panel_time_to(&p, omega, first);
-    p.end = p.t_origin + panel_time_to(&p, omega, last);
-    return p;
-}
-
 /* The v at a time since the start of the phase; time over v hardly bends for Newton. */
 static double panel_find(const Panel *p, const PowerLaw *o, double t)
 {
@@ -180,28 +151,48 @@ static double power_law_force(const PowerLaw *o, double relative, double drive)
     return force > 0.0 ? force : 0.0;
 }
 
-/* The panel from one sigma to another: of those since the last zero of x, `past`, and until the next
-   one, `left` after the end. */
+/* The panel from one sigma to another, which begins at the time t: of sigmas since the last zero of x,
+   `past`, and until the next one, `left` after the end. */
 static Panel panel_between(const PowerLaw *o, double begin, double stop, double past, double end,
                            double left, double t)
 {
     const Oscillator *motion = &o->motion;
-    double width = stop - begin, after = left + (end - stop), first = 0.0, last = width;
-    Phase origin;
+    double width = stop - begin, after = left + (end - stop), first = 0.0, last = width, zero = begin;
+    int at_zero = 1;
     if (past + begin < NEAR * width) {
-        origin = oscillator_after(motion, o->x, o->u, -past);
-        origin.x = 0.0;
+        zero = -past;
         first = past + begin;
         last = past + stop;
     } else if (after < NEAR * width) {
-        origin = oscillator_after(motion, o->x, o->u, end + left);
-        origin.x = 0.0;
+        zero = end + left;
         first = -(after + width);
         last = -after;
     } else {
-        origin = oscillator_after(motion, o->x, o->u, begin);
+        at_zero = 0;
     }
-    return panel(motion, o->m, o->omega, origin, first, last, stop, t);
+    Phase origin = oscillator_after(motion, o->x, o->u, zero);
+    Panel p = {.x = at_zero ? 0.0 : origin.x, .u = origin.u, .stop = stop, .at_zero = at_zero};
+    p.r = at_zero ? o->m : 1.0;
+    p.width = last > 0.0 ? last : first;
+    p.sigma = stop - last;
+    p.direction = p.width > 0.0 ? 1.0 : -1.0;
+    p.reach = pow(fabs(p.width), 1.0 / p.r);
+    double power = (1.0 - o->m) / o->m, values[ORDER], g[ORDER];
+    for (int n = 0; n < ORDER; n++)
+        values[n] = pow(panel_ratio(&p, motion, 0.5 * p.width * (1.0 + NODES[n])), power);
+    interpolate(values, g);
+    /* (1 + z) T_j' = j T_j + 2j (T_(j-1) + T_(j-2) + ... + T_0 / 2): solved from the top. Series list
+       their coefficients from the highest order down. */
+    double above = 0.0;
+    for (int j = ORDER - 1; j > 0; j--) {
+        double coefficient = (g[ORDER - 1 - j] - 2.0 * above) / (j + 1.0 / p.r);
+        above += j * coefficient;
+        p.series[ORDER - 1 - j] = coefficient;
+    }
+    p.series[ORDER - 1] = (g[ORDER - 1] - above) * p.r;
+    p.t_origin = t - panel_time_to(&p, o->omega, first);
+    p.end = p.t_origin + panel_time_to(&p, o->omega, last);
+    return p;
 }
 
 /* Make the panels; return u at the end of contact. */
