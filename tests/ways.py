@@ -121,10 +121,10 @@ class InProcess(Stepped):
 
 
 class InFmu(Stepped):
-    """An FMU by fmpy, of either version of FMI, in Python or native."""
+    """An FMU by fmpy, of either version of FMI, in Python or native; of another `kind` if given."""
 
-    def __init__(self, folder):
-        self.slave = fmus.make_instance(folder, loggingOn=True)
+    def __init__(self, folder, kind=None):
+        self.slave = fmus.make_instance(folder, kind=kind, loggingOn=True)
         self.messages = self.slave.messages
         self.model, variables = self.slave.description.modelName, self.slave.variables
         self.outputs = [v.name for v in variables.values() if v.causality == "output"]
