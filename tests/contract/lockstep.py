@@ -7,25 +7,23 @@ Three sources that share nothing say what is right:
   step is refused;
 - the other FMUs of the model: the same values to the last bit, and the same sentences.
 
-Left out is what pythonfmu's C layer doesn't survive: NULL as component, name, resource folder or
-state; what was freed; a string that isn't UTF-8; any call after Fatal.
+Calls are lines of a script: see `Session.play`. Left out is what pythonfmu's C layer doesn't
+survive: NULL as component, name, resource folder or state; what was freed; a string that isn't
+UTF-8; any call after Fatal.
 """
 
-import copy
 import math
-import random
-from ctypes import byref, c_double, c_int
-from dataclasses import dataclass, field
+from contextlib import suppress
+from copy import copy
+from dataclasses import dataclass
 
 import fmus
 import hypothesis.strategies as st
 import random_cases
 from compare import to_15_digits
 from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import fmi2Status, fmi2String, fmi2ValueReference
 from golf_physics.refusals import RULES
 from golf_physics.variables import VARIABLES
-from hypothesis.stateful import RuleBasedStateMachine, precondition, rule
 
 from golf_build.system import COMPANIONS
 
@@ -36,53 +34,19 @@ INSTANTIATED, INITIALIZATION, START_REFUSED, STEPPING, TERMINATED = range(5)
 #: their last digits are those of no function.
 LEFT_OVER = 1e-40
 
-#: Values that no companion has a reason to refuse, but together.
-USUAL = {
-    "ClubBallImpact": {
-        "k": (1e6, 8e5, 3e6), "b": (9.0, 0.0, 40.0, 700.0), "club_speed": (35.0, 50.0, -5.0),
-        "club_force": (0.0, 500.0, -2e3), "m_club": (0.21, 0.3), "gap": (0.0, 1e-3),
-        "law": (1, 2), "exponent": (1.0, 1.5), "restitution_at_rest": (0.0, 0.86),
-    },
-    "Swing": {
-        "impulse": (0.0, 0.05), "gravity": (9.806, 9.0), "club_mass": (0.3, 0.31),
-    },
-    "Launch": {
-        "separated": (False, True), "ball_velocity": (0.0, 50.0), "friction": (0.4, 0.3),
-        "coefficient_of_restitution": (0.0, 0.8), "club_velocity": (0.0, 20.0),
-    },
-    "BallFlight": {
-        "separated": (False, True), "ball_velocity": (0.0, 50.0), "gravity": (9.8, 9.0),
-        "launch_angle": (0.2, 0.0), "touch_time": (0.0, 1e-3),
-    },
-}  # fmt: skip
-
-#: The longest steps, s: a longer one of Swing is refused until the ball is hit, after much work.
-LONGEST = {"Swing": 0.1}
-
-_one, _number = (fmi2ValueReference * 1)(0), (c_double * 1)(1.0)
-
-#: Functions of FMI 2.0 that no FMU supports in co-simulation, with arguments.
-UNSUPPORTED = {
-    "CancelStep": (),
-    "GetStatus": (0, byref(fmi2Status())),
-    "GetIntegerStatus": (0, byref(c_int())),
-    "GetBooleanStatus": (3, byref(c_int())),
-    "GetStringStatus": (1, byref(fmi2String())),
-    "SetRealInputDerivatives": (_one, 1, (c_int * 1)(1), _number),
-    "GetRealOutputDerivatives": (_one, 1, (c_int * 1)(1), _number),
-    "GetDirectionalDerivative": (_one, 1, _one, 1, _number, _number),
-}
-
 
 @dataclass
 class Rules:
-    """The interface of one instance: what it must answer, and the calls that it has accepted."""
+    """The interface of one instance: what it must answer, and the calls that it has accepted.
+
+    A copy is a saved state: fields are replaced, never changed in place.
+    """
 
     table: dict
     values: dict
     mode: int = INSTANTIATED
     #: Names of what must be corrected before the next step.
-    refused: set = field(default_factory=set)
+    refused: frozenset = frozenset()
     #: Whether the next step is refused for an illegal call.
     once: bool = False
     start: float = 0.0
@@ -94,21 +58,15 @@ class Rules:
     begun: dict | None = None
     steps: tuple = ()
 
-    def __deepcopy__(self, memo):
-        mutable = {"values": dict(self.values), "refused": set(self.refused)}
-        return Rules(**(vars(self) | mutable))
-
     @property
     def inputs(self):
         return {name for name, row in self.table.items() if row.causality == "input"}
 
-    @property
-    def may_begin(self):
-        """Whether no parameter is refused."""
-        return not self.refused - self.inputs - {"start"}
-
     def begin(self):
-        self.mode, self.begun = STEPPING, dict(self.values)
+        self.mode, self.begun = STEPPING, self.values
+
+    def mark(self, name, is_refused):
+        self.refused = self.refused | {name} if is_refused else self.refused - {name}
 
     def set(self, name, value):
         """Whether this is legal; a value out of range is."""
@@ -117,13 +75,11 @@ class Rules:
             self.once = True
             return False
         fixed = row.causality == "parameter" and self.mode == STEPPING and value != now
-        if fixed or not row.low <= value <= row.high:
-            self.refused.add(name)
-            return not (fixed and row.low <= value <= row.high)
-        self.refused.discard(name)
-        if value != now:
-            self.values[name] = value
-        return True
+        in_range = row.low <= value <= row.high
+        self.mark(name, fixed or not in_range)
+        if name not in self.refused and value != now:
+            self.values = self.values | {name: value}
+        return not (fixed and in_range)
 
     def refuses(self, point, size):
         """Whether this step is refused, whatever it leads to; the illegal calls are forgotten."""
@@ -138,7 +94,7 @@ class Rules:
 
 
 class Player:
-    """Two instances of one FMU, and the states that either has saved.
+    """An instance of an FMU, and the states that it, or one before it, has saved.
 
     Args:
         folder: of the extracted FMU.
@@ -147,38 +103,32 @@ class Player:
 
     def __init__(self, folder, trace):
         self.folder, self.trace, self.memory = folder, trace, {}
-        self.slaves = [self.made(), self.made()]
-        self.switch(0)
+        self.renew()
         about = self.slave.description
         self.fmi3 = about.fmiVersion == "3.0"
         self.is_native = "(native)" in about.generationTool
         self.name = f"{about.generationTool}, FMI {about.fmiVersion}"
 
-    def made(self):
-        return fmus.make_instance(self.folder, loggingOn=True)
+    def renew(self):
+        """Another instance."""
+        before = getattr(self, "slave", None)
+        self.slave, self.start = fmus.make_instance(self.folder, loggingOn=True), 0.0
+        if before:
+            before.freeInstance()
 
     def play(self, call, *words):
-        """Make a call: its status, and what it returns."""
+        """Make a call, of this class or of fmpy's: its status, and what it returns."""
         self.trace.write(f"{self.name}: {call} {words!r}\n")
         self.slave.messages.clear()
         try:
-            return OK, getattr(self, call)(*words)
+            return OK, (getattr(self, call, None) or getattr(self.slave, call))(*words)
         except FMICallException as error:
             return error.status, None
 
     def close(self):
         for saved in self.memory.values():
             fmus.call_state(self.slave, "free", saved)
-        for slave in self.slaves:
-            slave.freeInstance()
-
-    def switch(self, n):
-        self.slave, self.n, self.start = self.slaves[n], n, 0.0
-
-    def renew(self):
         self.slave.freeInstance()
-        self.slaves[self.n] = self.made()
-        self.switch(self.n)
 
     def reset(self):
         self.slave.reset()
@@ -195,12 +145,6 @@ class Player:
     def enter(self):
         start = {"startTime": self.start} if self.fmi3 else {}
         self.slave.enterInitializationMode(**start)
-
-    def leave(self):
-        self.slave.exitInitializationMode()
-
-    def end(self):
-        self.slave.terminate()
 
     def set(self, values):
         """Values of one type, by name."""
@@ -223,10 +167,7 @@ class Player:
             found |= dict(zip(names, values))
         return found
 
-    def step(self, point, size):
-        self.slave.doStep(point, size)
-
-    def save(self, slot, as_bytes=False):
+    def save(self, slot, as_bytes):
         state = fmus.call_state(self.slave, "get")
         if as_bytes:
             data = fmus.call_state(self.slave, "serialize", state)
@@ -246,9 +187,6 @@ class Player:
         end = b"" if cut else bytes([data[at] ^ 1 << at % 8]) + data[at + 1 :]
         fmus.restore_packed(self.slave, data[:at] + end)
 
-    def unsupported(self, name):
-        getattr(self.slave, f"fmi2{name}")(self.slave.component, *UNSUPPORTED[name])
-
 
 class Session:
     """The FMUs of a model in lockstep; every call is checked in all of them.
@@ -260,25 +198,32 @@ class Session:
     """
 
     def __init__(self, model, folders, trace):
-        self.model, self.usual, self.counts = model, USUAL[model], {"steps": 0, "refused": 0}
+        self.model, self.counts = model, {"steps": 0, "refused": 0}
         self.players = [Player(folder, trace) for folder in folders]
         self.fresh = Player(folders[0], trace)
         rows = COMPANIONS[model].tables["rows"] if model in COMPANIONS else VARIABLES
         self.table = {row.name: row for row in rows}
         self.default = {row.name: row.start for row in rows if row.start is not None}
-        self.others, self.states = [None, None], {}
-        self.clear()
-
-    def clear(self):
-        """Both instances as new, no states."""
-        self.states.clear()
-        for n in (1, 0):
-            self.switch(n)
-            self.reset()
+        self.states = {}
+        self.reset()
 
     def close(self):
         for player in (*self.players, self.fresh):
             player.close()
+
+    def play(self, script):
+        """Play lines that end with ";": a method of this class, words and numbers, name=value."""
+
+        def typed(word):
+            with suppress(ValueError):
+                return float(word)
+            return word
+
+        for line in script.split(";"):
+            call, *words = line.split()
+            pairs = dict(word.split("=") for word in words if "=" in word)
+            values = {name: typed(value) for name, value in pairs.items()}
+            getattr(self, call)(*(typed(word) for word in words if "=" not in word), **values)
 
     def all(self, expected, call, *words):
         """Make a call in all FMUs: the same sentences, and the expected status.
@@ -296,7 +241,7 @@ class Session:
                 continue
             first = found if first is None else first
             assert found == first, (player.name, call, words)
-        assert first or expected == OK or call == "leave", (call, words)
+        assert first or expected == OK or call == "exitInitializationMode", (call, words)
 
     @staticmethod
     def in_one_notation(sentence):
@@ -305,24 +250,9 @@ class Session:
 
     # Life
 
-    def switch(self, n=None):
-        """From now on the other instance gets the calls."""
-        n = 1 - self.players[0].n if n is None else n
-        for player in self.players:
-            player.play("switch", n)
-        self.n, self.dirty = n, True
-
-    @property
-    def rules(self):
-        return self.others[self.n]
-
-    @rules.setter
-    def rules(self, rules):
-        self.others[self.n], self.dirty = rules, True
-
     def reset(self, call="reset"):
         self.all(OK, call)
-        self.rules = Rules(self.table, dict(self.default))
+        self.rules, self.dirty = Rules(self.table, self.default), True
 
     def renew(self):
         self.reset("renew")
@@ -335,7 +265,7 @@ class Session:
             return
         if math.isfinite(start):
             r.start = r.point = start
-        (r.refused.discard if math.isfinite(start) else r.refused.add)("start")
+        r.mark("start", not math.isfinite(start))
         self.all(OK, "setup", start)
 
     def enter(self):
@@ -347,25 +277,26 @@ class Session:
 
     def leave(self):
         r, self.dirty = self.rules, True
-        if r.mode != INITIALIZATION:
+        is_legal = r.mode == INITIALIZATION
+        if is_legal:
+            r.mode = START_REFUSED
+            self.begin_stepping()
+            is_legal = r.mode == STEPPING and not r.refused
+        else:
             r.once = True
-            self.all(ERROR, "leave")
-            return
-        r.mode = START_REFUSED
-        self.begin_stepping()
-        self.all(OK if r.mode == STEPPING and not r.refused else ERROR, "leave")
+        self.all(OK if is_legal else ERROR, "exitInitializationMode")
 
     def begin_stepping(self):
         """Fix the parameters if they agree: that is up to the physics, in the fresh instance."""
-        if self.rules.may_begin:
-            tried = copy.deepcopy(self.rules)
+        if self.rules.refused <= self.rules.inputs | {"start"}:
+            tried = copy(self.rules)
             tried.begin()
             self.dirty = True
             if self.replay(tried):
                 self.rules.begin()
 
     def end(self):
-        self.all(OK, "end")
+        self.all(OK, "terminate")
         self.rules.mode, self.dirty = TERMINATED, True
 
     def begin(self, start=0.0, **values):
@@ -381,12 +312,14 @@ class Session:
 
     def set(self, **values):
         """Set variables of one type in one call."""
+        kinds = {"Boolean": bool, "Enumeration": int}
+        values = {n: kinds.get(self.table[n].type, float)(value) for n, value in values.items()}
         legal = [self.rules.set(name, value) for name, value in values.items()]
         self.all(OK if all(legal) else ERROR, "set", values)
         self.dirty = True
 
     def misuse(self, verb, kind, reference):
-        self.all(ERROR, "misuse", verb, kind, reference)
+        self.all(ERROR, "misuse", verb, kind, int(reference))
         self.rules.once = True
 
     def correct(self):
@@ -405,10 +338,17 @@ class Session:
 
     # Steps
 
-    def step(self, size, shift=0.0, point=None):
-        """From where the last step ended, or beside it, or from a point; s."""
+    def shift(self, shift, size):
+        """A step from beside where the last one ended; s."""
+        self.step(size, self.rules.point + shift)
+
+    def at(self, point, size):
+        self.step(size, point)
+
+    def step(self, size, point=None):
+        """From where the last step ended, or from another point; s."""
         r = self.rules
-        point = r.point + shift if point is None else point
+        point = r.point if point is None else point
         if r.mode == START_REFUSED and 0.0 < size <= 1e100:
             self.begin_stepping()
         refused = r.refuses(point, size)
@@ -416,41 +356,35 @@ class Session:
         jumped = r.free and point != r.point
         if not refused:
             self.sync()
-            refused = self.fresh.play("step", r.point if jumped else point, size)[0] != OK
+            refused = self.fresh.play("doStep", r.point if jumped else point, size)[0] != OK
             self.dirty = refused or jumped
         self.counts["refused" if refused else "steps"] += 1
-        self.all(DISCARD if refused else OK, "step", point, size)
+        self.all(DISCARD if refused else OK, "doStep", point, size)
         if not refused:
             r.steps = (*r.steps, (point, size, {n: r.values[n] for n in r.inputs}, jumped))
             r.point, r.free = point + size, False
 
     # State
 
-    def save(self, slot, as_bytes=False):
-        self.all(OK, "save", slot, as_bytes)
-        self.states[slot] = copy.deepcopy(self.rules)
+    def save(self, slot, form=""):
+        self.all(OK, "save", slot, form == "bytes")
+        self.states[slot] = copy(self.rules)
 
     def restore(self, slot):
         self.all(OK, "restore", slot)
-        self.rules = copy.deepcopy(self.states[slot])
+        self.rules, self.dirty = copy(self.states[slot]), True
         self.rules.free = True
 
     def damage(self, place, cut):
         """It has no effect, but that plain FMUs refuse a step for it."""
-        for player in self.players:
+        for player in self.players if self.rules.mode == STEPPING else ():
             _, before = player.play("read")
             status, _ = player.play("damage", place, cut)
             assert status == (ERROR if player.is_native else OK), player.name
             assert RULES["FOREIGN_STATE"][1] in player.slave.messages[-1]
             if not player.is_native:
-                assert player.play("step", self.rules.point, 1e-5)[0] == DISCARD
+                assert player.play("doStep", self.rules.point, 1e-5)[0] == DISCARD
             assert not differing(player.play("read")[1], before)
-
-    def unsupported(self, name):
-        """No effect, whatever the status, and never Fatal."""
-        for player in self.players:
-            if not player.fmi3:
-                assert player.play("unsupported", name)[0] in (OK, DISCARD, ERROR)
 
     # The fresh instance
 
@@ -467,27 +401,26 @@ class Session:
                     assert fresh.play("set", {name: one})[0] == OK, (name, one)
                 now[name] = value
 
-        for call, *words in (("reset",), ("setup", r.start), ("enter",)):
-            if call != "enter" or r.begun or r.mode not in (INSTANTIATED, TERMINATED):
-                fresh.play(call, *words)
+        fresh.play("reset")
+        fresh.play("setup", r.start)
+        if r.begun or r.mode not in (INSTANTIATED, TERMINATED):
+            fresh.play("enter")
         if r.begun is not None:
             put(r.begun)
-            agree = fresh.play("leave")[0] == OK and not fresh.slave.messages
+            agree = fresh.play("exitInitializationMode")[0] == OK and not fresh.slave.messages
         for point, size, inputs, jumped in r.steps:
             put(inputs)
             if jumped:
-                fresh.play("save", "jump")
+                fresh.play("save", "jump", False)
                 fresh.play("restore", "jump")
-            assert fresh.play("step", point, size)[0] == OK
+            assert fresh.play("doStep", point, size)[0] == OK
         # Until the next step outputs belong to the last one.
         before = fresh.play("read")[1] if r.mode == STEPPING and r.steps else {}
         put(r.values)
         now = fresh.play("read")[1] if before else {}
         assert not differing({n: v for n, v in now.items() if n not in r.values}, before), before
-        if r.mode == START_REFUSED:
-            fresh.play("leave")
-        elif r.mode == TERMINATED:
-            fresh.play("end")
+        if r.mode in (START_REFUSED, TERMINATED):
+            fresh.play("terminate" if r.mode == TERMINATED else "exitInitializationMode")
         return agree
 
     def sync(self):
@@ -520,117 +453,89 @@ def differing(found, expected, small=0.0):
     }
 
 
+# Random calls
+
+#: Values that no companion has a reason to refuse, but together.
+USUAL = {
+    "ClubBallImpact": {
+        "k": (1e6, 8e5, 3e6), "b": (9.0, 0.0, 40.0, 700.0), "club_speed": (35.0, 50.0, -5.0),
+        "club_force": (0.0, 500.0, -2e3), "m_club": (0.21, 0.3), "gap": (0.0, 1e-3),
+        "law": (1, 2), "exponent": (1.0, 1.5), "restitution_at_rest": (0.0, 0.86),
+    },
+    "Swing": {
+        "impulse": (0.0, 0.05), "gravity": (9.806, 9.0), "club_mass": (0.3, 0.31),
+    },
+    "Launch": {
+        "separated": (0, 1), "ball_velocity": (0.0, 50.0), "friction": (0.4, 0.3),
+        "coefficient_of_restitution": (0.0, 0.8), "club_velocity": (0.0, 20.0),
+    },
+    "BallFlight": {
+        "separated": (0, 1), "ball_velocity": (0.0, 50.0), "gravity": (9.8, 9.0),
+        "launch_angle": (0.2, 0.0), "touch_time": (0.0, 1e-3),
+    },
+}  # fmt: skip
+
+#: The longest steps, s: a longer one of Swing is refused until the ball is hit, after much work.
+LONGEST = {"Swing": 0.1}
+
 ODD = (math.nan, math.inf, -1.0, -0.0, 0.0, 5e-324, 1e160, -1e300, 1.7976931348623157e308)
 SIZES = (2.5e-5, 2.5e-5, 1e-4, 3e-6, 1e-4 / 3.0, 1e-3, 1e-9, 1.0)
 ODD_SIZES = (0.0, -1e-4, math.nan, math.inf, 5e-324, 1e30, 1e101)
 SHIFTS = (0.0, 0.9e-6, -0.9e-6, 1.1e-6, 1e-3, -1.0, 1e9, math.nan, math.inf)
 
 
-class Machine(RuleBasedStateMachine):
-    """Random calls."""
+@st.composite
+def random_lines(draw, model, table):
+    """A line of a script, or some that belong together; states A and B have been saved."""
 
-    def __init__(self, session):
-        super().__init__()
-        self.session = session
-        session.clear()
-        # Otherwise few sequences would reach stepping.
-        session.begin()
+    def pick(*values):
+        return draw(st.sampled_from(values))
 
-    @rule(number=st.integers(0, 10**6), start=st.sampled_from((0.0, 0.0, 100.0, -3.0)))
-    def begin(self, number, start):
-        rng, usual, values = random.Random(number), self.session.usual, {}
-        if self.session.model == "ClubBallImpact" and number % 3:
-            values = random_cases.whole(number, pushed=0.3)
-        else:
-            for name in rng.sample(sorted(usual), 3):
-                values[name] = rng.choice(usual[name])
-        self.session.begin(start, **values)
-
-    @rule(call=st.sampled_from(("enter", "leave", "end", "reset", "renew", "switch", "switch")))
-    def life(self, call):
-        getattr(self.session, call)()
-
-    @rule(start=st.sampled_from((0.0, 2.0, -1e300, math.nan, math.inf)))
-    def setup(self, start):
-        self.session.setup(start)
-
-    @rule(data=st.data(), number=st.integers(1, 3))
-    def set_usual(self, data, number):
-        s = self.session
-        inputs = [name for name in s.usual if s.table[name].causality == "input"]
-        names = st.lists(st.sampled_from([*s.usual, *inputs * 3]), min_size=number, max_size=number)
-        for name in data.draw(names):
-            s.set(**{name: data.draw(st.sampled_from(s.usual[name]))})
-
-    @rule(data=st.data(), odd=st.sampled_from(ODD), step=st.booleans(), back=st.booleans())
-    def set_odd(self, data, odd, step, back):
-        s = self.session
-        names = sorted(name for name, row in s.table.items() if row.type == "Real" and row.unit)
-        name, other = (data.draw(st.sampled_from(names)) for _ in "12")
-        before = s.rules.values.get(name)
-        s.set(**({name: odd} | ({other: s.rules.values[other]} if other in s.default else {})))
-        if step:
-            s.step(1e-5)
-        if back and before is not None:
-            s.set(**{name: before})
-
-    @rule(
-        verb=st.sampled_from(("get", "set")),
-        kind=st.sampled_from(("Real", "Integer", "Boolean", "String")),
-        reference=st.sampled_from((*range(35), 99, 2**31 - 1)),
-    )
-    def misuse(self, verb, kind, reference):
-        s, types = self.session, {"Enumeration": "Integer"}
-        row = next((row for row in s.table.values() if row.reference == reference), None)
-        if row is None or types.get(row.type, row.type) != kind or (
-            verb == "set" and row.name not in s.default
-        ):  # fmt: skip
-            s.misuse(verb, kind, reference)
-
-    @rule(
-        size=st.sampled_from(SIZES), number=st.integers(1, 20), read=st.booleans(),
-        fix=st.booleans(),
-    )  # fmt: skip
-    def steps(self, size, number, read, fix):
-        if fix:
-            self.session.correct()
-        for _ in range(number):
-            self.session.step(min(size, LONGEST.get(self.session.model, size)))
-            if read:
-                self.session.compare()
-
-    @rule(size=st.sampled_from((*SIZES, *ODD_SIZES)), shift=st.sampled_from(SHIFTS))
-    def odd_step(self, size, shift):
-        if size <= LONGEST.get(self.session.model, math.inf):
-            self.session.step(size, shift * size if abs(shift) < 1e-5 else shift)
-
-    @rule(slot=st.sampled_from("AB"), as_bytes=st.booleans())
-    def save(self, slot, as_bytes):
-        self.session.save(slot, as_bytes)
-
-    @precondition(lambda self: self.session.states)
-    @rule(data=st.data(), size=st.sampled_from(SIZES), number=st.integers(0, 6))
-    def restore(self, data, size, number):
-        self.session.restore(data.draw(st.sampled_from(sorted(self.session.states))))
-        self.session.compare()
-        self.steps(size, number, read=False, fix=False)
-
-    @precondition(lambda self: self.session.rules.mode == STEPPING)
-    @rule(place=st.floats(0.0, 0.999), cut=st.booleans())
-    def damage(self, place, cut):
-        self.session.correct()
-        self.session.damage(place, cut)
-
-    @rule(name=st.sampled_from(sorted(UNSUPPORTED)))
-    def unsupported(self, name):
-        self.session.unsupported(name)
-
-    @rule()
-    def recover(self):
-        self.session.compare()
-        self.session.recover()
-
-    def teardown(self):
-        for _ in "12":
-            self.session.compare()
-            self.session.switch()
+    usual = [f"{name}={value}" for name, values in USUAL[model].items() for value in values]
+    default = {row.name: row.start for row in table.values() if row.start is not None}
+    reals = {name: row for name, row in table.items() if row.type == "Real"}
+    longest, slot = LONGEST.get(model, math.inf), pick("A", "B")
+    size = min(pick(*SIZES), longest)
+    steps = [f"step {size}; {pick('compare', 'correct')}"] * pick(*range(1, 20))
+    match pick(
+        "begin", "life", "setup", "set", "odd", "misuse", "steps", "odd step", "save", "restore",
+        "damage", "recover",
+    ):  # fmt: skip
+        case "begin":
+            pairs = [pick(*usual) for _ in "123"]
+            if model == "ClubBallImpact" and pick(False, True, True):
+                values = random_cases.whole(draw(st.integers(0, 10**6)), pushed=0.3)
+                pairs = [f"{name}={value!r}" for name, value in values.items()]
+            return f"begin start={pick(0.0, 0.0, 100.0, -3.0)} {' '.join(pairs)}"
+        case "life":
+            return pick("enter", "leave", "end", "reset", "renew", "renew")
+        case "setup":
+            return f"setup {pick(0.0, 2.0, -1e300, math.nan, math.inf)}"
+        case "set":
+            inputs = [one for one in usual if table[one.split("=")[0]].causality == "input"]
+            return "; ".join(f"set {pick(*usual, *inputs * 3)}" for _ in range(pick(1, 2, 3)))
+        case "odd":
+            name, other = pick(*reals), pick(*(default.keys() & reals))
+            back = f"set {name}={default.get(name, 0.0)}"
+            odd = f"set {name}={pick(*ODD)} {other}={default[other]}"
+            return f"{odd}; {pick('step 1e-5', 'compare')}; {pick(back, 'compare')}"
+        case "misuse":
+            kinds = {"Integer": "Enumeration"}
+            verb, kind = pick("get", "set"), pick("Real", "Integer", "Boolean", "String")
+            right = {r.reference for r in table.values() if r.type == kinds.get(kind, kind)}
+            if verb == "set":
+                right = {table[name].reference for name in default} & right
+            return f"misuse {verb} {kind} {pick(*({*range(35), 99, 2**31 - 1} - right))}"
+        case "steps":
+            return "; ".join([pick("compare", "correct"), *steps])
+        case "odd step":
+            size = pick(size, size, *(one for one in ODD_SIZES if not longest < one < math.inf))
+            shift = pick(*SHIFTS)
+            return f"shift {shift * size if abs(shift) < 1e-5 else shift} {size}"
+        case "save":
+            return f"save {slot} {pick('', 'bytes')}"
+        case "restore":
+            return "; ".join([f"restore {slot}; compare", *steps[: pick(0, 1, 6)]])
+        case "damage":
+            return f"correct; damage {draw(st.floats(0.0, 0.999))} {pick(0, 1)}"
+    return "recover"
