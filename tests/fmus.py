@@ -55,16 +55,16 @@ def make_instance(folder, name="one", kind=None, **options):
     if fmi3:
         options["logMessage"] = lambda *words: slave.messages.append(words[-1].decode())
     elif options.get("loggingOn"):
-        options["callbacks"] = logging_to(lambda status, text: slave.messages.append(text))
+        options.setdefault("callbacks", logging_to(lambda *words: slave.messages.append(words[1])))
     slave.instantiate(**options)
     return slave
 
 
 def logging_to(log):
-    """FMI 2.0's callbacks with a logger, a function of status and message."""
+    """FMI 2.0's callbacks with a logger, a function of status, message and category."""
     callbacks = fmi2CallbackFunctions.from_buffer_copy(defaultCallbacks)
     callbacks.logger = fmi2CallbackLoggerTYPE(
-        lambda environment, name, status, category, message: log(status, message.decode())
+        lambda _, name, status, category, text: log(status, text.decode(), category.decode())
     )
     return callbacks
 

@@ -4,7 +4,6 @@ import os
 import re
 import shutil
 import sys
-import zipfile
 from pathlib import Path
 
 import fmpy
@@ -18,6 +17,7 @@ from reference_results import FOLDER, reference_results
 from ways import FMUS, fmu_file, marked
 
 import golf_impact
+from golf_build.archive import unpack, write_archive
 from golf_build.system import COMPANIONS
 from golf_impact.fmu.file import run_here
 
@@ -29,37 +29,32 @@ def fmu(request):
 
 @pytest.fixture
 def content(fmu):
-    with zipfile.ZipFile(fmu) as archive:
-        return {name: archive.read(name) for name in archive.namelist()}
+    return unpack(fmu)
 
 
 def test_fmpy_finds_no_problem(fmu):
     assert validate_fmu(str(fmu)) == []
 
 
-@pytest.fixture
-def vdmcheck():
-    """Runs VDMCheck, the rules of both standards as a formal model: what it prints."""
+@pytest.mark.ci
+def test_vdmcheck_finds_no_problem(request, system_files, fmu_path, tmp_path):
+    """The rules of both standards as a formal model."""
     folder = os.environ.get("GOLF_IMPACT_VDMCHECK")
     if not folder:
         pytest.skip("GOLF_IMPACT_VDMCHECK isn't set: tests/README.md has what it names")
-    return lambda fmi, file, **options: run(f"{folder}/VDMCheck{fmi}.sh", file, **options).stdout
-
-
-@pytest.mark.ci
-def test_vdmcheck_finds_no_problem(vdmcheck, request, system_files, fmu_path, tmp_path):
     for file in (*map(request.getfixturevalue, FILES), *system_files()[:3]):
-        assert vdmcheck(3 if "fmi3" in file.name else 2, file) == "No errors found.\n", file
-    text = zipfile.ZipFile(fmu_path).read("modelDescription.xml")
-    damaged = tmp_path / "modelDescription.xml"
+        check = f"{folder}/VDMCheck{3 if 'fmi3' in file.name else 2}.sh"
+        assert run(check, file).stdout == "No errors found.\n", file
+    text, damaged = unpack(fmu_path)["modelDescription.xml"], tmp_path / "modelDescription.xml"
     damaged.write_bytes(text.replace(b'unit="N"', b'unit="furlong"', 1))
-    assert "Errors found." in vdmcheck(2, damaged, code=1)
+    assert "Errors found." in run(f"{folder}/VDMCheck2.sh", damaged, code=1).stdout
 
 
-def test_its_dependencies_are_named(fmu, content):
-    """The native FMU has none; every other library that a plain binary loads is in the text."""
+def test_what_it_needs(fmu, content):
+    """Native: nothing. In Python: libraries, which are named, and the standard library alone."""
+    files = [name for name in content if name.endswith(".py")]
     name = "documentation/externalDependencies.txt"
-    assert (name in content) != holds_c(fmu)
+    assert {bool(files), name in content} == {not holds_c(fmu)}
     if holds_c(fmu):
         return
     text = content[name].decode()
@@ -68,22 +63,10 @@ def test_its_dependencies_are_named(fmu, content):
     libraries = {n.decode() for n in loaded if n.endswith((b".dll", b".so.6", b".so.1"))}
     assert {"python3.dll", "libstdc++.so.6", "libgcc_s.so.1"} <= libraries
     assert [library for library in libraries if library not in text] == []
-    assert ("MSVCP140.dll" in text) == ("MSVCP140.dll" in libraries)
-
-
-def test_our_modules_need_the_standard_library_alone(fmu, content):
-    """Beside themselves and pythonfmu, which the plain FMU contains."""
-    files = [name for name in content if name.endswith(".py")]
-    assert bool(files) != holds_c(fmu)
-    if holds_c(fmu):
-        return
     modules = {name.split("/")[1].removesuffix(".py") for name in files}
     ours = b"\n".join(content[name] for name in files if "/pythonfmu" not in name).decode()
-    imported = set(
-        re.findall(r"^ *(?:from|import) (\w+)[\w.]*(?: import .*)?$", ours, re.MULTILINE)
-    )
-    assert "math" in imported
-    assert imported <= {*sys.stdlib_module_names, *modules, "pythonfmu"}
+    imported = re.findall(r"(?m)^ *(?:from|import) (\w+)[\w.]*(?: import .*)?$", ours)
+    assert {"math"} <= {*imported} <= {*sys.stdlib_module_names, *modules, "pythonfmu"}
 
 
 # Descriptions and lists of files, as they are stored
@@ -117,12 +100,12 @@ def test_descriptions_and_names(pytestconfig, once, system_files, tmp_path, name
     """Of binaries those of pythonfmu alone: native ones are of this machine."""
     archive = archive_of(name, once, system_files, tmp_path)
     folder = HERE / "snapshots" / (name if name == "wheel" else archive.stem)
-    with zipfile.ZipFile(archive) as file:
-        names = [n for n in sorted(file.namelist()) if not ("native" in name and "binaries/" in n)]
-        texts = {n.rpartition("/")[2]: file.read(n) for n in names}
-    described = DESCRIPTIONS if name != "wheel" else ()
-    found = {n: stable(texts[n].decode()) for n in described if n in texts}
-    found["names.txt"] = stable("".join(f"{n}\n" for n in names))
+    content = unpack(archive)
+    names = [n for n in sorted(content) if not ("native" in name and "binaries/" in n)]
+    found = {"names.txt": stable("".join(f"{n}\n" for n in names))}
+    if name != "wheel":
+        texts = {n.rpartition("/")[2]: data for n, data in content.items()}
+        found |= {n: stable(texts[n].decode()) for n in DESCRIPTIONS if n in texts}
     if pytestconfig.getoption("--update"):
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
@@ -134,37 +117,32 @@ def test_descriptions_and_names(pytestconfig, once, system_files, tmp_path, name
 
 def test_terminals(native_fmi3_path):
     """They have the standard's schema and name variables of the FMU."""
-    with zipfile.ZipFile(native_fmi3_path) as archive:
-        document = archive.read("terminalsAndIcons/terminalsAndIcons.xml")
-        assert archive.read("terminalsAndIcons/icon.png").startswith(b"\x89PNG")
+    content = unpack(native_fmi3_path)
+    assert content["terminalsAndIcons/icon.png"].startswith(b"\x89PNG")
     schema = Path(fmpy.__file__).parent / "schema/fmi3/fmi3TerminalsAndIcons.xsd"
-    tree = etree.fromstring(document)
+    tree = etree.fromstring(content["terminalsAndIcons/terminalsAndIcons.xml"])
     etree.XMLSchema(etree.parse(schema)).assertValid(tree)
-    variables = {v.name for v in fmpy.read_model_description(str(native_fmi3_path)).modelVariables}
+    variables = {v.name for v in fmpy.read_model_description(native_fmi3_path).modelVariables}
     assert {one.get("variableName") for one in tree.iter("TerminalMemberVariable")} <= variables
 
 
 # The page in documentation
 
 
-def check_page(file):
-    """The page of an FMU has every variable, and its links lead to files beside it."""
-    about = fmpy.read_model_description(str(file))
-    with zipfile.ZipFile(file) as archive:
-        text, inside = archive.read("documentation/index.html").decode(), archive.namelist()
+def check_page(file, content):
+    """It has every variable, and its links lead to files beside it."""
+    text = content["documentation/index.html"].decode()
     seen = elements(text)
     assert {"viewport", "color-scheme"} <= {meta.get("name") for meta in seen["meta"]}
     names = re.findall(r"<th[^>]*><code>(.*?)</code>", text)
-    assert names == [v.name for v in about.modelVariables]
-    files = {
-        one[key] for each in seen.values() for one in each for key in one.keys() & {"href", "src"}
-    }
-    assert {f"documentation/{name}" for name in files} <= set(inside)
+    assert names == [v.name for v in fmpy.read_model_description(file).modelVariables]
+    linked = [one.get("href", one.get("src")) for each in seen.values() for one in each]
+    assert {f"documentation/{name}" for name in linked if name} <= {*content}
     return text
 
 
 def test_the_page(fmu, content):
-    text = check_page(fmu)
+    text = check_page(fmu, content)
     assert "P &minus; F" in text
     assert ("Model Exchange" in text) == holds_c(fmu)
     folders = {name.split("/")[1] for name in content if name.startswith("binaries/")}
@@ -174,8 +152,8 @@ def test_the_page(fmu, content):
 
 def test_companions_have_a_page_and_an_experiment(system_files):
     for file in system_files()[:3]:
-        check_page(file)
-        assert fmpy.read_model_description(str(file)).defaultExperiment.stepSize
+        check_page(file, unpack(file))
+        assert fmpy.read_model_description(file).defaultExperiment.stepSize
 
 
 # Reference results
@@ -194,11 +172,9 @@ def test_the_fmu_has_the_reference_results(fmu):
 
 
 def test_another_result_is_noticed(fmu_path, tmp_path):
-    changed = tmp_path / "changed.fmu"
-    with zipfile.ZipFile(fmu_path) as old, zipfile.ZipFile(changed, "w") as new:
-        for name in old.namelist():
-            # A number of law 2 alone.
-            new.writestr(name, old.read(name).replace(b"1.58424971", b"1.58424972", 1))
-    _, found = run_here(changed)
+    """A number of law 2 alone."""
+    files = unpack(fmu_path)
+    changed = {name: data.replace(b"1.58424971", b"1.58424972", 1) for name, data in files.items()}
+    _, found = run_here(write_archive(tmp_path / "changed.fmu", changed))
     assert found["law2"] == pytest.approx(6e-9, rel=0.1)
     assert found["law1"] <= 1e-14
