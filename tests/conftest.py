@@ -99,7 +99,7 @@ def pytest_collection_modifyitems(config, items):
     if config.getoption("--native"):
         left_out.add("plain")
     if not config.getoption("--ci"):
-        left_out.add("ci")
+        left_out |= {"ci", "importers"}
     kept, dropped = [], []
     for item in items:
         if "browser" in item.fixturenames:

@@ -79,7 +79,7 @@ for file in sys.argv[1:]:
     play = simulate_ssp if file.endswith("ssp") else simulate_fmu
     play(file, stop_time=1e-3, step_size=1e-3)
     before = mappings()
-    for _ in range(20):
+    for _ in range(5):
         play(file, stop_time=1e-3, step_size=1e-3)
     # Of a library that stayed there would be six each.
     assert mappings() - before < 20, (file, before, mappings())

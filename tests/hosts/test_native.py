@@ -40,13 +40,14 @@ def for_all(once):
     return for_all
 
 
-@pytest.fixture(scope="module", params=[2, pytest.param(3, marks=pytest.mark.ci)])
+@pytest.fixture(scope="module", params=[2, 3])
 def content(request, for_all):
     """The version of FMI, size and files by name of the FMU for all platforms."""
     file = for_all(request.param)
     return request.param, file.stat().st_size, unpack(file)
 
 
+@pytest.mark.ci  # eight builds by zig
 def test_what_a_build_contains(request, content):
     """Small, the same bytes at every build; libraries that need the C library alone."""
     fmi, size, files = content
@@ -66,6 +67,7 @@ def test_what_a_build_contains(request, content):
     assert dll[header + 8 : header + 12] == bytes(4), "the time of the build"
 
 
+@pytest.mark.ci
 def test_libraries_for_macos(content):
     """For both processors; they need the C library alone, from wherever the file is."""
     libraries = [data for name, data in content[-1].items() if name.endswith(".dylib")]
