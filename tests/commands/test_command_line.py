@@ -27,6 +27,7 @@ from command import (
     refused,
     run_python,
 )
+from conftest import repeated, some
 
 from golf_build.archive import SUMS, unpack, write_archive
 from golf_impact.commands.app import app
@@ -48,17 +49,21 @@ def test_help(monkeypatch, command):
 
 
 @pytest.mark.parametrize(
-    ("line", "names"),
-    [
-        ("run sta", ["stability"]),
-        ("run --ball roh", ["roh-lee", "roh-lee-tsuji", "roh-lee-linear"]),
-        ("list --balls to", ["tour"]),
-        ("explore --set club_s", ["club_speed="]),
-        ("sweep --outputs force,im", ["force,impulse"]),
-    ],
+    "case",
+    some(
+        1,
+        [
+            ("run sta", ["stability"]),
+            ("run --ball roh", ["roh-lee", "roh-lee-tsuji", "roh-lee-linear"]),
+            ("list --balls to", ["tour"]),
+            ("explore --set club_s", ["club_speed="]),
+            ("sweep --outputs force,im", ["force,impulse"]),
+        ],
+    ),
 )
-def test_completion(line, names):
+def test_completion(case):
     """As bash calls it."""
+    line, names = case
     words = f"golf-impact {line}"
     env = {"_GOLF_IMPACT_COMPLETE": "complete_bash", "COMP_WORDS": words}
     done = golf(env=env | {"COMP_CWORD": str(words.count(" "))}, code=0)
@@ -277,7 +282,7 @@ STOPPED = "Stopped; nothing half-written is left."
 
 
 @posix
-@pytest.mark.parametrize("times", [2, pytest.param(200, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("times", repeated(1, 3, 200))
 def test_a_run_stopped_while_it_writes(tmp_path, times):
     """Each of its files is whole, of this run or of an earlier one."""
     rng, codes = random.Random(1), []

@@ -12,7 +12,7 @@ import fmpy
 import pytest
 from command import golf_here, outputs, refused, run, run_python
 from compare import assert_close
-from conftest import EXPECTED, HERE, LAW_2_CONTACT
+from conftest import EXPECTED, HERE, LAW_2_CONTACT, repeated
 from fmus import make_instance, step_status
 from programs import HEADERS, HOST_TASKS
 
@@ -143,6 +143,7 @@ def test_changed_files_are_no_compiled_ones(native_path, tmp_path):
     refused(golf_here("run", "--fmu", copy, "--set", "k=8e5"), "it has been changed")
 
 
+@pytest.mark.ci
 def test_doctor_looks_into_an_ssp(files):
     shown = golf_here("doctor", files[-1], code=0).stdout
     for name in ("ClubBallImpact", "Swing", "Launch", "BallFlight"):
@@ -188,12 +189,13 @@ def test_a_step_beyond_the_stop_time_is_an_error(native_path, tmp_path):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="glibc alone traps exceptions")
-def test_a_host_that_traps_floating_point_exceptions(native_path, tmp_path):
+@pytest.mark.parametrize("times", repeated(400, 1500, 20_000))
+def test_a_host_that_traps_floating_point_exceptions(native_path, tmp_path, times):
     """None occurs, whatever the values; and NULL is no crash."""
     folder = fmpy.extract(str(native_path), str(tmp_path / "fmu"))
     command = [gcc(), "-std=c99", "-O1", "-w", f"-I{folder}/sources"]
     run(*command, HERE / "hosts" / "native_host" / "traps.c", "-o", tmp_path / "traps", "-lm")
-    assert run(tmp_path / "traps", "1500", "1").stdout == "done\n"
+    assert run(tmp_path / "traps", times, "1").stdout == "done\n"
 
 
 @pytest.mark.ci

@@ -179,6 +179,7 @@ def test_a_cache_that_cant_be_written(tmp_path):
 _BROKEN = "raise OSError('no library for this platform')\n"
 
 
+@pytest.mark.ci
 def test_without_wasmtime_the_fmu_runs(tmp_path):
     """And what needs the engine says so in one line."""
     (tmp_path / "wasmtime.py").write_text(_BROKEN)
