@@ -61,10 +61,10 @@ def make_instance(folder, name="one", kind=None, **options):
 
 
 def logging_to(log):
-    """FMI 2.0's callbacks with a logger, a function of status, message and category."""
+    """FMI 2.0's callbacks with a logger, a function of status, message, category."""
     callbacks = fmi2CallbackFunctions.from_buffer_copy(defaultCallbacks)
     callbacks.logger = fmi2CallbackLoggerTYPE(
-        lambda _, name, status, category, text: log(status, text.decode(), category.decode())
+        lambda _, name, status, category, text: log(status, text.decode(), category)
     )
     return callbacks
 

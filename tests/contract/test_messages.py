@@ -124,7 +124,9 @@ def test_categories_of_messages(way_of, kind, categories, sent):
     slave.setDebugLogging(categories is not None, categories or [])
     assert fmus.step_status(slave, 0.0, -1.0) == 2
     fmus.put(slave, k=-1.0)
-    assert seen == [({"Discard": 2, "Error": 3}[name], f"logStatus{name}") for name in sent]
+    assert seen == [
+        ({"Discard": 2, "Error": 3}[name], f"logStatus{name}".encode()) for name in sent
+    ]
     fmus.discard(slave)
 
 
