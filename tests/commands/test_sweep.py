@@ -7,7 +7,6 @@ import math
 import re
 import sys
 
-import distributed
 import numpy as np
 import pyarrow.parquet
 import pytest
@@ -335,6 +334,8 @@ LINE = [
 
 @pytest.fixture(scope="module")
 def address():
+    import distributed  # takes a second, which tests without --ci needn't
+
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=logging.CRITICAL
     ) as cluster:

@@ -114,7 +114,7 @@ def integrated(flight, speed):
     return solved.y_events[0][0][0], solved.y_events[1][0][1], end, math.atan2(-h, u)
 
 
-@pytest.mark.parametrize("case", [*FLIGHTS, *GRID[::26], *some(0, GRID)])
+@pytest.mark.parametrize("case", [*FLIGHTS, *GRID[::52], *some(0, GRID)])
 def test_against_an_integration(companion, case):
     speed, values = case
     flight = flown(companion, speed, **values)

@@ -37,7 +37,7 @@ def session(request, pytestconfig, way_of):
         session.close()
 
 
-@pytest.mark.parametrize("examples", some(1, [50, 200, 5000], 2))
+@pytest.mark.parametrize("examples", some(1, [25, 200, 5000], 2))
 def test_random_calls(session, examples):
     before, examples = dict(session.counts), examples // (4 if session.model == "Swing" else 1)
 
