@@ -104,6 +104,8 @@ def pytest_collection_modifyitems(config, items):
     for item in items:
         if "browser" in item.fixturenames:
             item.add_marker("browser")
+        if {"fmu", "fmu_path"} & {*item.fixturenames}:
+            item.add_marker("exchanged")
         (dropped if any(map(item.get_closest_marker, left_out)) else kept).append(item)
     config.hook.pytest_deselected(items=dropped)
     items[:] = kept
@@ -165,12 +167,6 @@ def _built(name):
 
 fmu_path = _built("FMI 2.0")
 native_path, native_fmi3_path = _built("native, FMI 2.0"), _built("native, FMI 3.0")
-
-
-@pytest.fixture(scope="session")
-def is_native(request):
-    """Whether the FMUs are native ones: these return Error for an illegal call."""
-    return request.config.getoption("--native")
 
 
 @pytest.fixture(scope="session")

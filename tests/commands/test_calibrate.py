@@ -84,7 +84,7 @@ def assert_found(found, true=BALL):
         assert_within(off, 1.0, name, found=one.value, exact=true[name])
 
 
-@pytest.mark.parametrize("seed", numbers(3, 14, 55))
+@pytest.mark.parametrize("seed", numbers(2, 14, 55))
 def test_scalars_of_random_impacts(seed):
     """Far beyond golf: the truth is found, and with noise nothing fits better than what is."""
     draw = random.Random(seed)
@@ -407,11 +407,12 @@ def test_several_curves(tmp_path, second):
     assert titles == ["0.csv, 30 m/s", f"1.csv, {speed:g} m/s", "", ""]
 
 
-def test_the_command(tmp_path):
+def test_the_command(tmp_path, monkeypatch):
     """Its line, copied from a narrow terminal, gives the same result to the last digit."""
     scalars = "ball_velocity=50±0.4", "club_speed_after=24", "contact_time=600us", "max_force=6600"
     given = (*(word for one in scalars for word in ("--measured", one)), "--exponent", "free")
-    done = golf("calibrate", *given, "--out", tmp_path, env={"COLUMNS": "60"}, code=0)
+    monkeypatch.setenv("COLUMNS", "60")
+    done = golf_here("calibrate", *given, "--out", tmp_path, code=0)
     written = json.loads((tmp_path / "calibrate.json").read_text())
     line = done.stdout.splitlines()[-1]
     assert line == written["command"]
