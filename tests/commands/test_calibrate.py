@@ -84,7 +84,7 @@ def assert_found(found, true=BALL):
         assert_within(off, 1.0, name, found=one.value, exact=true[name])
 
 
-@pytest.mark.parametrize("seed", numbers(2, 14, 55))
+@pytest.mark.parametrize("seed", numbers(1, 14, 55))
 def test_scalars_of_random_impacts(seed):
     """Far beyond golf: the truth is found, and with noise nothing fits better than what is."""
     draw = random.Random(seed)

@@ -90,7 +90,7 @@ def test_scripts(session):
     tables = SCRIPTS["all"] | SCRIPTS.get(session.model, {})
     texts = [*tables.values(), *refused_calls(), *ranges(session.table)]
     # Each start of a swing is a search.
-    for text in texts[:: 8 if session.model == "Swing" else 1]:
+    for text in texts[:: 12 if session.model == "Swing" else 1]:
         try:
             session.play(text)
         except AssertionError as error:

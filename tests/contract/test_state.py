@@ -13,6 +13,9 @@ from cases import KINDS
 from command import run_python
 from conftest import HERE, some
 from fmpy.fmi1 import FMICallException
+from ways import FMUS
+
+from golf_build.system import COMPANIONS
 
 _SPEEDS = {"club_velocity": 24.0, "smash_factor": 50.0 / 35.0, "coefficient_of_restitution": 0.74}
 _SEPARATED = {"separated": True, "ball_velocity": 50.0}
@@ -44,19 +47,22 @@ for folder, data, first, inputs, step in json.loads(sys.stdin.read()):
 
 
 @pytest.mark.parametrize("number", some(1, range(len(_IMPACTS))))
-def test_a_state_moves_to_another_process_in_mid_contact(any_fmu, number):
-    cases, step, first, inputs = RUNS[any_fmu.model]
-    expected, tasks = [], []
-    for values in cases[number : number + 2]:
-        any_fmu.begin(values)
-        for n in range(first + 250):
-            if n == first:
-                data = fmus.packed(any_fmu.slave).hex()
-                tasks.append([any_fmu.slave.unzipDirectory, data, first, inputs, step])
-            any_fmu.set(**inputs.get(n, {}))
-            assert any_fmu.step(step, n * step), any_fmu.messages
-            if n >= first:
-                expected.append(repr(fmus.get_all(any_fmu.slave)))
+def test_a_state_moves_to_another_process_in_mid_contact(way_of, pytestconfig, number):
+    tasks, expected = [], []
+    native = [name for name in FMUS if "native" in name]
+    for name in native if pytestconfig.getoption("--native") else (*FMUS, *COMPANIONS):
+        way = way_of(name)
+        cases, step, first, inputs = RUNS[way.model]
+        for values in cases[number : number + 2]:
+            way.begin(values)
+            for n in range(first + 250):
+                if n == first:
+                    data = fmus.packed(way.slave).hex()
+                    tasks.append([way.slave.unzipDirectory, data, first, inputs, step])
+                way.set(**inputs.get(n, {}))
+                assert way.step(step, n * step), way.messages
+                if n >= first:
+                    expected.append(repr(fmus.get_all(way.slave)))
     done = run_python(_OTHER, HERE, input=json.dumps(tasks))
     assert done.stdout.splitlines() == expected
 

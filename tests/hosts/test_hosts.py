@@ -449,7 +449,11 @@ def test_a_call_makes_no_thread_state(c_host, fmu_path, libpython):
 @pytest.mark.plain
 @pytest.mark.parametrize(
     ("folder", "odd"),
-    [("a space-b_c.d~", ""), ("ü", "ü"), pytest.param("a#+(%41)", "#+(%)", marks=pytest.mark.ci)],
+    [
+        ("ü", "ü"),
+        pytest.param("a#+(%41)", "#+(%)", marks=pytest.mark.ci),
+        pytest.param("a space-b_c.d~", "", marks=pytest.mark.ci),
+    ],
 )
 def test_folders_that_pythonfmu_crashes_in(folder, odd, fmu_path, tmp_path, monkeypatch):
     place = tmp_path / folder

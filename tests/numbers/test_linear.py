@@ -50,7 +50,7 @@ def exact_state(k, damper, drag, m_club, m_ball, start, push, t):
     return list(mp.expm(mp.matrix(matrix) * t, method="pade") * mp.matrix(at_start))[:5]
 
 
-@pytest.mark.parametrize("seed", numbers(20, 60, 320))
+@pytest.mark.parametrize("seed", numbers(15, 60, 320))
 def test_a_random_phase(seed):
     """At its end and on the way; measured: 7e-15 of 320."""
     given = random_contact(seed)
@@ -83,7 +83,7 @@ def test_a_random_phase(seed):
         assert all(phase.value("force", share * end) > 0.0 for share in shares)
 
 
-@pytest.mark.parametrize("beside", [0.0, 1e-15, -1e-12, 1e-9, -1e-6])
+@pytest.mark.parametrize("beside", some(3, [0.0, -1e-12, 1e-9, 1e-15, -1e-6]))
 @pytest.mark.parametrize("ratio", some(2, [9.0, 1e6, 3e3]))
 def test_two_rates_of_law_1_meet(ratio, beside):
     """Newton's method converges linearly there. Measured: 2.8e-14."""
