@@ -85,24 +85,23 @@ def sweep(
         say(DEFAULT_LAW)
     start, written, indices = time.perf_counter(), [out], {}
     with ExitStack() as stack:
-        impact = None
         if fmu is not None:
             from golf_impact.fmu import Impact
 
-            impact = stack.enter_context(Impact(fmu))
+            design.impacts = stack.enter_context(Impact(fmu)).many
         move = stack.enter_context(progress("sweep", design.cases))
         if scheduler is None:
-            refused = write_table(out, design, range(design.cases), impact, move)
+            refused = write_table(out, design, range(design.cases), move)
         else:
             refused = sweep_on_cluster(scheduler, out, design, move)
         seconds = time.perf_counter() - start
         if with_indices:
-            indices = sobol_indices(design, impact)
+            indices = sobol_indices(design)
             written.append(files.write(out.with_suffix(".json"), files.as_json(indices)))
         if figures:
             from golf_impact.studies.sweep.picture import picture
 
-            if image := picture(design, indices, impact):
+            if image := picture(design, indices):
                 written.append(files.write(out.with_suffix(".png"), image))
     cases = f"{design.cases:,} case{'s' * (design.cases != 1)}"
     # The time of a few is that of the start.

@@ -19,6 +19,7 @@ import numpy as np
 from fmpy import fmi2
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
+from numpy.typing import ArrayLike
 
 from golf_impact.data.errors import (
     UnavailableError,
@@ -307,17 +308,17 @@ class Impact(Fmu):
             rows.append(list(self.read(names).values()))
         return dict(zip(names, np.array(rows).T.copy(), strict=True))
 
-    def many(self, outputs: Sequence[str], **columns: np.ndarray) -> ImpactArrays:
+    def many(self, outputs: Sequence[str], **columns: ArrayLike) -> ImpactArrays:
         """Compute impacts one after another; see `golf_impact.run_impacts`.
 
         Args:
             outputs: Real or Boolean outputs.
-            columns: inputs and parameters by name (SI units): arrays of one shape (cases,).
+            columns: inputs and parameters by name (SI units): numbers, or arrays of shape (cases,).
         """
         reals = [name for name in outputs if name not in FLAGS]
         nothing = {name: False if name in FLAGS else math.nan for name in outputs}
         rows, refused, reason = [], [], ""
-        for row in zip(*(column.tolist() for column in columns.values())):
+        for row in zip(*(column.tolist() for column in np.broadcast_arrays(*columns.values()))):
             try:
                 found = nothing | self(reals, **dict(zip(columns, row)))
                 rows.append({n: x if n in reals else self.read_flag(n) for n, x in found.items()})

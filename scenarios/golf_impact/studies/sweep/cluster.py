@@ -9,8 +9,6 @@ from concurrent.futures import CancelledError
 from itertools import chain
 from pathlib import Path
 
-import numpy as np
-
 from golf_build import VERSION
 from golf_impact.data.errors import UserError, first_line, missing_package
 from golf_impact.studies.sweep.sweep import Design
@@ -35,19 +33,18 @@ def sweep_on_cluster(
     if path.suffix != ".parquet" or path.is_file():
         raise UserError(f"--out {path} is refused: on a cluster it must be a folder FILE.parquet")
     folder = path.absolute().with_name(f".{secrets.token_hex(6)}.part")
-    shared = folder / "shared"
     try:
         folder.mkdir(parents=True)
-        shared.touch()
         with distributed.Client(address, timeout=_PATIENCE) as client:
             client.wait_for_workers(1, timeout=_PATIENCE)
-            for worker, why in client.run(_unfit, VERSION, shared, path.parent).items():
-                if why:
-                    raise UserError(f"the worker {worker} {why}")
-            shared.unlink()
+            for worker, (version, shares) in client.run(_about, folder).items():
+                if version != VERSION:
+                    raise UserError(f"the worker {worker} has golf-impact {version}, not {VERSION}")
+                if not shares:
+                    raise UserError(f"the worker {worker} doesn't share the folder {path.parent}")
             least = 4 * sum(client.nthreads().values())
             count = min(design.cases, max(-(-design.cases // BLOCK), least))
-            ends = np.linspace(0, design.cases, count + 1).astype(int).tolist()
+            ends = [design.cases * n // count for n in range(count + 1)]
             files = [folder / f"{n:06}.parquet" for n in range(count)]
             sent = [client.scatter(design, broadcast=True)] * count
             cases = [*map(range, ends, ends[1:])]
@@ -74,8 +71,6 @@ def sweep_on_cluster(
     return [*chain(*parts)]
 
 
-def _unfit(version: str, file: Path, folder: Path) -> str:
-    """Of a worker: why it can't take part."""
-    if version != VERSION:
-        return f"has golf-impact {VERSION}, not {version}"
-    return "" if file.exists() else f"doesn't share the folder {folder}"
+def _about(folder: Path) -> tuple[str, bool]:
+    """Of a worker: its version, and whether it has this folder."""
+    return VERSION, folder.exists()

@@ -19,24 +19,22 @@ from golf_impact.studies.sweep.sweep import CONTACT, Design, varies
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from golf_impact.fmu import Impact
-
 #: Variables whose values are names. The most lines of amounts, and cases.
 _NAMED, _LINES, _CASES = ("ball", "law"), 7, 100_000
 
 
-def picture(design: Design, indices: Mapping[str, Any], impact: Impact | None = None) -> bytes:
+def picture(design: Design, indices: Mapping[str, Any]) -> bytes:
     """A PNG image; empty if there are fewer than two values."""
     with plotting():
         figure, axes = plt.subplots(1, 2 if indices else 1, squeeze=False)
         figure.set_figwidth(axes.size * figure.get_figwidth())
-        shown = draw(design, axes[0, 0], impact)
+        shown = draw(design, axes[0, 0])
         if indices:
             draw_indices(indices, axes[0, 1])
         return png(figure) if shown else b""
 
 
-def draw(design: Design, axes: Axes, impact: Impact | None = None) -> bool:
+def draw(design: Design, axes: Axes) -> bool:
     """Plot the first output that varies; returns whether there are two values at least.
 
     A histogram of samples, or lines against the longest axis of the grid: medians of samples, with
@@ -57,7 +55,7 @@ def draw(design: Design, axes: Axes, impact: Impact | None = None) -> bool:
         places[along] = np.argsort(grid[along])[places[along]]
     samples = min(design.shape[-1], max(1, _CASES // prod(map(len, places.values()))))
     cases = np.ravel_multi_index(np.ix_(*places.values(), range(samples)), design.shape)
-    found = design.run(design.columns(cases.ravel()), impact)
+    found = design.run(design.columns(cases.ravel()))
     table = {name: np.where(found.refused, np.nan, found[name]) for name in design.outputs}
     drawn = next((name for name, x in table.items() if varies(x)), design.outputs[0])
     output = _quantity(drawn)

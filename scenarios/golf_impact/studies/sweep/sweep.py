@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from math import prod
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -16,9 +17,6 @@ from golf_impact.data.errors import UserError, missing_package, refused, unknown
 from golf_impact.data.quantities import LAWS_IN_WORDS, START
 from golf_impact.data.runs import FLAGS, ImpactArrays
 from golf_impact.data.units import si_value, si_values, unit_of
-
-if TYPE_CHECKING:
-    from golf_impact.fmu import Impact
 
 #: Default outputs: those known at the end of contact.
 OUTPUTS = (
@@ -55,10 +53,10 @@ def parse_axis(name: str, given: Any) -> Axis:
         return np.array([ball(one.strip()).name for one in text.split(",")], object)
     try:
         axis = _parse(text, unit_of(name))
+        if name == "law" and (_is_random(axis) or not {*axis.tolist()} <= {*range(1, 100)}):
+            raise ValueError(LAWS_IN_WORDS)
     except ValueError as error:
         raise refused(name, given, str(error), f"{name}={text}") from None
-    if name == "law" and (_is_random(axis) or not {*axis.tolist()} <= {*range(1, 100)}):
-        raise refused(name, given, LAWS_IN_WORDS, f"{name}={text}")
     return axis
 
 
@@ -111,6 +109,7 @@ class Design:
         balls: those of the grid, by name.
         shape: numbers of values of the grid's axes, and of samples.
         cases: their product.
+        impacts: computes them from outputs and columns: `run_impacts`, or `Impact.many`.
     """
 
     def __init__(
@@ -122,9 +121,10 @@ class Design:
         method: str = "random",
         threads: int | None = None,
     ) -> None:
-        known_names(sets.keys() - {"ball"}, "input or parameter")
+        known_names([name for name in sets if name != "ball"], "input or parameter")
         self.outputs = tuple(dict.fromkeys(known_names(outputs)))
-        self.seed, self.method, self.threads = seed, method, threads
+        self.seed, self.method = seed, method
+        self.impacts: Callable[..., ImpactArrays] = partial(run_impacts, threads=threads)
         self.axes = {name: parse_axis(name, given) for name, given in sets.items()}
         self.grid = {name: axis for name, axis in self.axes.items() if not _is_random(axis)}
         self.distributions = {name: axis for name, axis in self.axes.items() if _is_random(axis)}
@@ -155,27 +155,23 @@ class Design:
         columns |= {name: values[sample] for name, values in self._samples.items()}
         return {name: columns[name] for name in self.axes}
 
-    def run(self, columns: Mapping[str, Any], impact: Impact | None = None) -> ImpactArrays:
-        """The table of these cases: swept variables, law, k and b, outputs.
-
-        Through an FMU if one is given.
-        """
-        values = {name: column for name, column in columns.items() if name != "ball"}
-        number, balls = len(next(iter(columns.values()))), columns.get("ball", ())
-        for name in {name for one in self.balls.values() for name in one.values} - values.keys():
-            of = {one.name: one.values.get(name, START[name]) for one in self.balls.values()}
+    def run(self, columns: Mapping[str, Any]) -> ImpactArrays:
+        """The table of these cases: swept variables, law, k and b, outputs."""
+        values, presets = {**columns}, self.balls.values()
+        balls = values.pop("ball", ())
+        for name in {name for one in presets for name in one.values} - values.keys():
+            of = {one.name: one.values.get(name, START[name]) for one in presets}
             values[name] = np.array([of[each] for each in balls])
-        for name, value in conditions_of(self.balls.values(), self.axes).items():
-            values[name] = np.full(number, value)
-        if impact is None:
-            found = run_impacts(self.outputs, threads=self.threads, **values)
-        else:
-            found = impact.many(self.outputs, **values)
+        values |= conditions_of(presets, self.axes)
+        found = self.impacts(self.outputs, **values)
         # Of a ball whose stiffness nobody measured, what depends on it isn't known.
-        for one in self.balls.values():
+        for one in presets:
             for name in one.unknown({*found} - {*FLAGS}, self.axes):
                 found[name] = np.where(balls == one.name, np.nan, found[name])
-        contact = {name: values.get(name, np.full(number, START[name])) for name in CONTACT}
+        contact = {
+            name: np.broadcast_to(values.get(name, START[name]), found.refused.shape)
+            for name in CONTACT
+        }
         contact["law"] = contact["law"].astype(np.int64)
         return ImpactArrays({**columns, **contact, **found}, found.refused, found.reason)
 
@@ -230,7 +226,7 @@ def sweep(
     return design.run(design.columns(np.arange(design.cases)))
 
 
-def sobol_indices(design: Design, impact: Impact | None = None) -> dict[str, Any]:
+def sobol_indices(design: Design) -> dict[str, Any]:
     """First-order and total Sobol indices of all outputs, with 95 % intervals (bootstrap).
 
     The shares of an output's variance that a variable explains alone (Saltelli et al., Comput.
@@ -252,19 +248,19 @@ def sobol_indices(design: Design, impact: Impact | None = None) -> dict[str, Any
     points = sample(problem, _POINTS, calc_second_order=False, seed=seed)
     columns = {name: np.repeat(values, len(points)) for name, values in design.grid.items()}
     columns |= {name: axis.ppf(points[:, n]) for n, (name, axis) in enumerate(axes.items())}
-    found = design.run(columns, impact)
+    found = design.run(columns)
     rows = np.array([np.where(found.refused, np.nan, found[name]) for name in design.outputs])
     # The rows of a point of the design follow each other.
     rows = rows.reshape(len(rows), _POINTS, -1)
     rows = rows[:, np.isfinite(rows).all(axis=(0, 2))]
-    options: Any = {"calc_second_order": False, "num_resamples": _RESAMPLES, "seed": seed}
+    options: Any = {"calc_second_order": False, "num_resamples": _RESAMPLES}
+    options["seed"] = seed or 2**32  # 0 is none to SALib
+    none = dict.fromkeys(("S1", "S1_conf", "ST", "ST_conf"), np.full(len(axes), np.nan))
     indices: dict[str, Any] = {"first_order": {}, "total": {}}
     for output, values in zip(design.outputs, rows):
-        found = analyze(problem, values.ravel(), **options) if varies(values) else {}
+        estimates = analyze(problem, values.ravel(), **options) if varies(values) else none
         for kind, name in (("first_order", "S1"), ("total", "ST")):
-            value, half = (
-                found.get(key, np.full(len(axes), np.nan)) for key in (name, f"{name}_conf")
-            )
+            value, half = estimates[name], estimates[f"{name}_conf"]
             interval = np.stack([value, value - half, value + half], axis=-1)
             indices[kind][output] = dict(zip(axes, interval.tolist()))
     return indices | {"samples": _POINTS, "seed": seed, "version": VERSION}

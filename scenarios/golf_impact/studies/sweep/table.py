@@ -6,8 +6,9 @@ import csv
 import io
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -18,9 +19,6 @@ from golf_impact.data.runs import FLAGS
 from golf_impact.data.units import unit_of
 from golf_impact.studies.sweep.sweep import CONTACT, Design
 
-if TYPE_CHECKING:
-    from golf_impact.fmu import Impact
-
 #: Cases at a time: a bound of the memory.
 BLOCK = 100_000
 
@@ -29,7 +27,6 @@ def write_table(
     path: Path,
     design: Design,
     cases: range,
-    impact: Impact | None = None,
     progress: Callable[[int], object] = lambda done: None,
 ) -> list[tuple[int, str]]:
     """Compute cases and write a row for each: swept variables, law, k and b, then outputs.
@@ -40,7 +37,6 @@ def write_table(
         path: a .csv or .parquet file; it gets its name when it is complete.
         design: the sweep.
         cases: their numbers.
-        impact: an FMU to compute them through instead of the physics.
         progress: called with the number of cases done.
 
     Raises:
@@ -50,7 +46,7 @@ def write_table(
     with opened(path) as stream, _writer(path.suffix.lower(), stream, design) as write:
         for begin in cases[::BLOCK]:
             end = min(begin + BLOCK, cases.stop)
-            table = design.run(design.columns(np.arange(begin, end)), impact)
+            table = design.run(design.columns(np.arange(begin, end)))
             # A flag has no NaN.
             missing = {n: table.refused if c.dtype == bool else c != c for n, c in table.items()}
             write({name: np.ma.array(c, mask=missing[name]) for name, c in table.items()})
@@ -75,13 +71,7 @@ def _writer(
     except ImportError as error:
         if suffix == ".parquet":
             raise missing_package("Parquet", "pyarrow", "sweep", ", or name a .csv file") from error
-        text = io.TextIOWrapper(stream, newline="", encoding="utf-8", write_through=True)
-        rows = csv.writer(text, lineterminator="\n")
-        # Flags are 0 and 1 in CSV.
-        yield lambda table: rows.writerows(
-            zip(*((c.astype(int) if c.dtype == bool else c).tolist() for c in table.values()))
-        )
-        text.detach()
+        yield partial(_write_csv, stream)
         return
     flag = pyarrow.int8() if suffix == ".csv" else pyarrow.bool_()
     types = {"ball": pyarrow.string(), "law": pyarrow.int64(), **dict.fromkeys(FLAGS, flag)}
@@ -104,3 +94,11 @@ def _writer(
             writer.write_table(pyarrow.table(arrays, schema=schema))
 
         yield write
+
+
+def _write_csv(stream: Any, table: Mapping[str, Any]) -> None:
+    """Write rows without pyarrow; flags are 0 and 1."""
+    text = io.StringIO()
+    columns = ((c.astype(int) if c.dtype == bool else c).tolist() for c in table.values())
+    csv.writer(text, lineterminator="\n").writerows(zip(*columns))
+    stream.write(text.getvalue().encode())
