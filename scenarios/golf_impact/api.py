@@ -63,7 +63,7 @@ def run_impact(outputs: Iterable[str] = METRICS, **values: float | str) -> dict[
         >>> round(run_impact(["ball_velocity"], law=2, k="800 N/mm")["ball_velocity"], 2)
         55.23
     """
-    outputs, numbers = _each_once(known_names(outputs, "Real output")), _numbers(values)
+    outputs, numbers = known_names(outputs, "Real output"), _numbers(values)
     found, (end,) = engine.run_rows(outputs, numbers, 1, threads=1)
     if end == engine.REFUSED:
         engine.check_impact(numbers)
@@ -117,13 +117,11 @@ def run_impacts(
         >>> impacts.reason
         'b = -9 N.s/m is refused: it must be between 0 and 1e+09'
     """
-    outputs, (columns, shape) = _each_once(known_names(outputs)), columns_of(values)
+    outputs, (columns, shape) = known_names(outputs), columns_of(values)
     found, ends = engine.run_rows(outputs, columns, prod(shape), threads)
     for end in (engine.NOT_TOUCHED, engine.TOUCHED):
-        undefined, places = _undefined(end), ends == end
-        if any(name in undefined for name in outputs) and places.any():
-            for name, column in zip(outputs, found):
-                column[places] = np.nan if name in undefined else column[places]
+        undefined = [name in _undefined(end) for name in outputs]
+        found[np.ix_(undefined, ends == end)] = np.nan
     refused = ends == engine.REFUSED
     results = {
         name: ((column == 1.0) if name in FLAGS else column).reshape(shape)
@@ -176,13 +174,13 @@ def run_trajectory(
         >>> run_trajectory(outputs=["force"], times=[1e-4, 3e-4], law=2)["force"].round()
         array([3575., 6556.])
     """
-    outputs, numbers = _each_once(known_names(outputs, "Real output")), _numbers(values)
+    outputs, numbers = known_names(outputs, "Real output"), _numbers(values)
     if times is None:
         if not isinstance(points, Integral) or points < 2:
             why = "it must be a whole number of at least 2"
             raise refused("points", points, why)
         touch, contact = run_impact(("touch_time", "contact_time"), **numbers).values()
-        instants = rising = instants_of(numbers, touch, contact, int(points))
+        instants = instants_of(numbers, touch, contact, int(points))
     else:
         instants = np.asarray(_array("times", times))
         accepted = (instants >= 0.0) & (instants <= _LATEST)
@@ -193,15 +191,14 @@ def run_trajectory(
         if "mean_force" in outputs:
             why = "it is that of a communication step; use points"
             raise refused("mean_force", None, why, "mean_force with times")
-        rising, places = np.unique(instants, return_inverse=True)
+    rising, places = np.unique(instants, return_inverse=True)
     samples = engine.run_instants(outputs, numbers, rising)
-    if times is not None:
-        samples = samples[:, places.ravel()].reshape(-1, *instants.shape)
+    samples = samples[:, places.ravel()].reshape(-1, *instants.shape)
     return Named({"time": instants, **dict(zip(outputs, samples))})
 
 
 def known_names(names: Iterable[str], kind: str = "output") -> tuple[str, ...]:
-    """The names, of several variables or a single one.
+    """The names, of several variables or a single one, each once.
 
     UserError: one of them is none of an "output", a "Real output" or an "input or parameter".
     """
@@ -210,10 +207,6 @@ def known_names(names: Iterable[str], kind: str = "output") -> tuple[str, ...]:
     for name in names:
         if name not in known:
             raise unknown_name(kind, name, known)
-    return names
-
-
-def _each_once(names: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names))
 
 

@@ -53,7 +53,7 @@ _STARTS = np.array([[value] for value in START.values()])
 def run_rows(
     outputs: Sequence[str], columns: Mapping[str, Any], number: int, threads: int | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Compute impacts, each in one communication step; see `golf_impact.run_impacts`.
+    """Outputs of impacts, and how each ends; see `golf_impact.run_impacts`.
 
     Args:
         outputs: names.
@@ -63,7 +63,7 @@ def run_rows(
         threads: at most so many; by default `GOLF_IMPACT_THREADS` or all processors.
 
     Returns:
-        Outputs, of shape (outputs, number), NaN where a row is refused; and how each row ends.
+        Arrays of shape (outputs, number), NaN where a row is refused, and (number,).
 
     Raises:
         UserError: wasmtime can't be used here, or that isn't a number of threads.
@@ -97,15 +97,12 @@ def run_rows(
 def run_instants(
     outputs: Sequence[str], values: Mapping[str, float], instants: np.ndarray
 ) -> np.ndarray:
-    """Results of one impact; see `golf_impact.run_trajectory`.
+    """Outputs of one impact, of shape (outputs, instants); see `golf_impact.run_trajectory`.
 
     Args:
         outputs: names.
         values: inputs and parameters by name (SI units; start values for the others).
         instants: communication points, s since the start, that rise.
-
-    Returns:
-        Outputs, of shape (outputs, instants).
 
     Raises:
         UserError: wasmtime can't be used here, or the impact is refused.
@@ -133,15 +130,13 @@ def check_impact(values: Mapping[str, float]) -> None:
 
 def number_of_threads(given: int | None = None) -> int:
     """The given one, or that of `GOLF_IMPACT_THREADS`, or of all processors."""
-    name, text = "threads", str(given)
-    if given is None:
-        name, text = "GOLF_IMPACT_THREADS", os.environ.get("GOLF_IMPACT_THREADS", "")
+    name = "GOLF_IMPACT_THREADS" if given is None else "threads"
+    text = os.environ.get(name, "") if given is None else str(given)
     if not text:
         # Those that this process may use, where that is known.
         return len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
     if not text.isdecimal() or int(text) < 1:
-        why = "it must be a whole number of at least 1"
-        raise refused(name, text, why, f"{name} = {text}")
+        raise refused(name, text, "it must be a whole number of at least 1", f"{name} = {text}")
     return int(text)
 
 

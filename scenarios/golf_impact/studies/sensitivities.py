@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,40 +20,24 @@ _WIDTHS = (1e-3, 1e-4, 1e-5, 1e-6, 1e-2)
 #: Offsets of the points of a difference, in widths.
 _OFFSETS = np.arange(-4, 5)
 
+#: Weights of a derivative in units of 1/width, and of one of lower order, whose difference is the
+#: error: central, and one-sided at a limit or beside a kink (Fornberg, Math. Comp. 51, 699-706,
+#: 1988).
+_CENTRAL = np.array([
+    [1 / 280, -4 / 105, 1 / 5, -4 / 5, 0.0, 4 / 5, -1 / 5, 4 / 105, -1 / 280],
+    [0.0, 0.0, 1 / 12, -2 / 3, 0.0, 2 / 3, -1 / 12, 0.0, 0.0],
+])  # fmt: skip
+_RIGHT = np.array([
+    [0.0, 0.0, 0.0, 0.0, -25 / 12, 4.0, -3.0, 4 / 3, -1 / 4],
+    [0.0, 0.0, 0.0, 0.0, -11 / 6, 3.0, -3 / 2, 1 / 3, 0.0],
+])  # fmt: skip
+_DIFFERENCES = (_CENTRAL, _RIGHT, -_RIGHT[:, ::-1])
+
 #: Errors relative to the output's scale over the variable's: small enough; of no derivative.
 _SMALL, _NO_SLOPE = 1e-9, 1e-3
 
 #: Rounding of an output, relative to its scale.
 _ROUNDING = 1e-15
-
-
-class _Difference(NamedTuple):
-    """A derivative in units of 1/width, and one of lower order, whose difference is the error."""
-
-    weights: np.ndarray
-    lower: np.ndarray
-
-
-def _central(*weights: float) -> np.ndarray:
-    row = np.zeros(len(_OFFSETS))
-    for n, weight in enumerate(weights, 1):
-        row[4 + n], row[4 - n] = weight, -weight
-    return row
-
-
-def _forward(*weights: float) -> np.ndarray:
-    return np.array([0.0] * 4 + [*weights] + [0.0] * (5 - len(weights)))
-
-
-#: Central, and one-sided at a limit or beside a kink (Fornberg, Math. Comp. 51, 699-706, 1988).
-_RIGHT = _Difference(
-    _forward(-25 / 12, 4.0, -3.0, 4 / 3, -1 / 4), _forward(-11 / 6, 3.0, -3 / 2, 1 / 3)
-)
-_DIFFERENCES = (
-    _Difference(_central(4 / 5, -1 / 5, 4 / 105, -1 / 280), _central(2 / 3, -1 / 12)),
-    _RIGHT,
-    _Difference(*(-row[::-1] for row in _RIGHT)),
-)
 
 
 class Sensitivities(Named[dict[str, np.ndarray]]):
@@ -97,8 +81,7 @@ def sensitivities(
         >>> {name: round(slope.item(), 4) for name, slope in slopes["ball_velocity"].items()}
         {'club_speed': 1.5842, 'm_club': 48.1936}
     """
-    outputs = tuple(dict.fromkeys(known_names(outputs)))
-    wrt = known_names(wrt, "input or parameter")
+    outputs, wrt = known_names(outputs), known_names(wrt, "input or parameter")
     for name in (*outputs, *wrt):
         if name in (*FLAGS, *MOMENTARY, "law", "club_force"):
             why = (
@@ -111,12 +94,14 @@ def sensitivities(
     columns = {name: np.broadcast_to(columns.get(name, START[name]), number) for name in START}
     found = run_impacts((*outputs, "touched"), **columns)
     usable = found["touched"] & ~found.refused
-    slopes = {of: _slopes(outputs, of, columns, found, np.flatnonzero(usable)) for of in wrt}
+    found_slopes = [_slopes(outputs, of, columns, found, np.flatnonzero(usable)) for of in wrt]
+    slopes = np.array(found_slopes).reshape(len(wrt), len(outputs), number)
     results = Sensitivities(
-        (name, {of: slopes[of][n].reshape(shape) for of in wrt}) for n, name in enumerate(outputs)
+        (name, {of: slope.reshape(shape) for of, slope in zip(wrt, slopes[:, n])})
+        for n, name in enumerate(outputs)
     )
     results.refused = found.refused.reshape(shape)
-    missing = np.array([np.isnan(slopes[of]) for of in wrt]).reshape(len(wrt), len(outputs), number)
+    missing = np.isnan(slopes)
     if missing.any():
         first = int(missing.any(axis=(0, 1)).argmax())
         of, n = np.argwhere(missing[..., first])[0]
@@ -188,11 +173,11 @@ def _slopes(
         with np.errstate(all="ignore"):
             bound[:, cases] = size / np.where(x == 0.0, scale, np.abs(x))
             for difference in _DIFFERENCES:
-                used = difference.weights != 0.0
+                used = difference[0] != 0.0
                 slope, lower = (
                     np.tensordot(row[used], f[:, used], (0, 1)) / step for row in difference
                 )
-                rounding = _ROUNDING * np.abs(difference.weights).sum() * size / step
+                rounding = _ROUNDING * np.abs(difference[0]).sum() * size / step
                 error = np.abs(slope - lower) + rounding
                 better = error < least[:, cases]
                 best[:, cases] = np.where(better, slope, best[:, cases])

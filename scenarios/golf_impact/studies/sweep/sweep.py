@@ -122,7 +122,7 @@ class Design:
         threads: int | None = None,
     ) -> None:
         known_names([name for name in sets if name != "ball"], "input or parameter")
-        self.outputs = tuple(dict.fromkeys(known_names(outputs)))
+        self.outputs = known_names(outputs)
         self.seed, self.method = seed, method
         self.impacts: Callable[..., ImpactArrays] = partial(run_impacts, threads=threads)
         self.axes = {name: parse_axis(name, given) for name, given in sets.items()}
