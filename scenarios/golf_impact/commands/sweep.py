@@ -71,24 +71,26 @@ def sweep(
     sets = pairs_of(set_ or [], "NAME=VALUES, e.g. --set k=0.5e6:2e6:100")
     names = OUTPUTS if outputs is None else map(str.strip, outputs.split(","))
     design = Design(sets, names, samples, seed, method)
-    take_conditions(design.balls.values(), design.axes)
     with_indices = len(design.distributions) > 1 and design.cases == design.shape[-1]
     # On a cluster it is a folder.
     kinds = {out.suffix: scheduler is None, ".json": with_indices, ".png": figures}
     for suffix in (suffix for suffix, wanted in kinds.items() if wanted):
         files.check(out.with_suffix(suffix))
-    ends = [{name: values[n]} for name, values in design.grid.items() for n in (0, -1)]
-    ends += [{name: axis.mean()} for name, axis in design.distributions.items()]
-    for words in dict.fromkeys(words for end in ends for words in remarks(end)):
-        warn(words, style="yellow")
-    if "law" not in design.axes and not any("law" in one.values for one in design.balls.values()):
-        say(DEFAULT_LAW)
-    start, written, indices = time.perf_counter(), [out], {}
+    written, indices = [out], {}
     with ExitStack() as stack:
         if fmu is not None:
             from golf_impact.fmu import Impact
 
             design.impacts = stack.enter_context(Impact(fmu)).many
+        balls = design.balls.values()
+        take_conditions(balls, design.axes)
+        ends = [{name: values[n]} for name, values in design.grid.items() for n in (0, -1)]
+        ends += [{name: axis.mean()} for name, axis in design.distributions.items()]
+        for words in dict.fromkeys(words for end in ends for words in remarks(end)):
+            warn(words, style="yellow")
+        if not any("law" in named for named in (design.axes, *(one.values for one in balls))):
+            say(DEFAULT_LAW)
+        start = time.perf_counter()
         move = stack.enter_context(progress("sweep", design.cases))
         if scheduler is None:
             refused = write_table(out, design, range(design.cases), move)
