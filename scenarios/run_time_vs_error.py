@@ -32,12 +32,11 @@ def measure(impact, law, compared, quick):
     seconds = measure_interleaved(jobs, rounds=5 if quick else 21)
     rows = []
     for way, time, each in zip(compared, seconds, solve):
-        found = dict(zip(METRICS, each(baseline["k"])))
-        error = max(float(abs(found[name] - exact[name])) for name in METRICS)
+        found = zip(METRICS, each(baseline["k"]))
+        error = max(float(abs(value - exact[name])) for name, value in found)
         row = {"name": way.name, "called": way.called, "law": law}
         row |= {"microseconds": 1e6 * time / way.impacts, "ratio": time / way.impacts / seconds[0]}
-        row |= {"error": math.nan if way.name == EMPTY else error}
-        rows.append(row)
+        rows.append(row | {"error": math.nan if way.name == EMPTY else error})
     return rows
 
 
@@ -69,12 +68,12 @@ def conclude(law, rows):
         return f"{row['ratio']:.2g} times as long {words} ({row['name']}, {row['called']})"
 
     others = [row for row in rows if row["name"] not in (OURS, NATIVE, EMPTY)]
-    methods = [
+    methods = " and ".join(
         best((row for row in others if row["error"] < limit), f"at an error below {limit:g}")
         for limit in ACCURACIES
-    ]
+    )
     calls = best((row for row in rows[1:] if row["name"] == OURS), "at best")
-    words = f"Law {law}: simulate_fmu takes {calls}; other methods take {' and '.join(methods)}."
+    words = f"Law {law}: simulate_fmu takes {calls}; other methods take {methods}."
     by_c = [row["ratio"] for row in rows if row["called"].startswith("in C")]
     if by_c:
         words += f" In C the native FMU takes {by_c[0] / by_c[1]:.2g} of the document's scheme."
@@ -86,8 +85,7 @@ def run(impact, quick=False, track=iter):
     result, rows = Result("Run time and error of S, COR and E of an impact"), {}
     with ExitStack() as stack:
         folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="golf-impact-"))
-        native = fmus.compiler() and Impact(current_native())
-        in_c = stack.enter_context(native) if native else None
+        in_c = stack.enter_context(Impact(current_native())) if fmus.compiler() else None
         table, points = ways.compared(impact, in_c, folder, quick)
         for law in track([*LAWS]):
             rows[law] = measure(impact, law, table + points, quick)

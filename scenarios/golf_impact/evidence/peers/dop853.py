@@ -24,15 +24,9 @@ def solve(law: int, rtol: float, k: float) -> tuple[float, float, float]:
         return force.dot(y)
 
     force_of.terminal, force_of.direction = True, -1  # type: ignore[attr-defined]
-    path = solve_ivp(
-        lambda _, y: rates.dot(y),
-        (0.0, 1e-2),
-        (0.0, U, 0.0),
-        "DOP853",
-        events=force_of,
-        rtol=rtol,
-        atol=rtol * U * np.array([2e-4, 1.0, 1.0]),
-    )
+    start, atol = (0.0, U, 0.0), rtol * U * np.array([2e-4, 1.0, 1.0])
+    options = {"method": "DOP853", "events": force_of, "rtol": rtol, "atol": atol}
+    path = solve_ivp(lambda _, y: rates.dot(y), (0.0, 1e-2), start, **options)
     _, v_club, v_ball = path.y_events[0][0].tolist()
     efficiency = (M_CLUB * v_club**2 + M_BALL * v_ball**2) / (M_CLUB * U**2)
     return v_ball / U, (v_ball - v_club) / U, efficiency

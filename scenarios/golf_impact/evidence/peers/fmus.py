@@ -6,11 +6,11 @@ from pathlib import Path
 
 import fmpy
 
-from golf_build.archive import unpack, write_archive
 from golf_build.native import pythonfmu_runs_here
 from golf_build.packaging import packaged
 from golf_impact.data.errors import UserError, first_line
-from golf_impact.evidence.peers import empty_fmu, stepped_impact
+
+HERE = Path(__file__).parent
 
 
 def build_plain_fmu(script: Path, folder: Path) -> Path:
@@ -25,9 +25,9 @@ def compiler() -> str | None:
     return shutil.which("cc") or shutil.which("gcc")
 
 
-def compile_library(source: Path, library: Path) -> Path:
-    """Compile a file in C with FMI's headers; UserError: it can't be compiled."""
-    headers = Path(str(fmpy.__file__)).parent / "c-code"
+def compile_library(name: str, library: Path) -> Path:
+    """Compile a file of this folder with FMI's headers; UserError: it can't be compiled."""
+    source, headers = HERE / name, Path(str(fmpy.__file__)).parent / "c-code"
     flags = ["-O2", "-shared", "-fPIC", f"-I{headers}"]
     command = [compiler() or "cc", *flags, str(source), "-o", str(library)]
     try:
@@ -38,43 +38,26 @@ def compile_library(source: Path, library: Path) -> Path:
     return library
 
 
-def build_compiled_fmu(folder: Path) -> Path:
-    """`stepped_impact.c` with the model description of the same FMU in Python.
-
-    UserError: it can't be compiled.
-    """
-    script = Path(str(stepped_impact.__file__))
-    description = unpack(build_plain_fmu(script, folder))["modelDescription.xml"]
-    library = folder / f"SteppedImpact{fmpy.sharedLibraryExtension}"
-    compile_library(script.with_suffix(".c"), library)
-    description = description.replace(b'needsExecutionTool="true"', b'needsExecutionTool="false"')
-    binary = f"binaries/{fmpy.platform}/{library.name}"
-    files = {"modelDescription.xml": description, binary: library.read_bytes()}
-    return write_archive(folder / "compiled" / "SteppedImpact.fmu", files)
-
-
-def compile_calls(folder: str) -> Path:
-    """The library of impacts.c, in this folder; UserError: it can't be compiled."""
-    source = Path(__file__).with_name("impacts.c")
-    return compile_library(source, Path(folder, f"impacts{fmpy.sharedLibraryExtension}"))
-
-
-def extract_peers(scratch: str) -> tuple[dict[str, Path], Path | None]:
+def extract_peers(scratch: str | Path) -> tuple[dict[str, Path], Path | None]:
     """SteppedImpact.fmu by its language, the fastest last, and Empty.fmu, extracted.
 
     They are built and extracted in this folder. Without a C compiler there is none in C; where
     pythonfmu has no binary, none in Python.
     UserError: the compiler fails.
     """
-    folder = Path(scratch)
-    python, empty = (
-        build_plain_fmu(Path(str(peer.__file__)), folder) for peer in (stepped_impact, empty_fmu)
-    )
+
+    def extract(fmu: Path, name: str) -> Path:
+        return Path(fmpy.extract(fmu, folder / name))
+
+    folder, stepped = Path(scratch), {}
     in_python = pythonfmu_runs_here()
-    stepped = {"Python": python} if in_python else {}
+    fmu = build_plain_fmu(HERE / "stepped_impact.py", folder)
+    if in_python:
+        stepped["Python"] = extract(fmu, "Python")
     if compiler():
-        stepped["C"] = build_compiled_fmu(folder)
-    extracted = {
-        language: Path(fmpy.extract(fmu, folder / language)) for language, fmu in stepped.items()
-    }
-    return extracted, Path(fmpy.extract(empty, folder / "empty")) if in_python else None
+        # The model description is the same.
+        stepped["C"] = extract(fmu, "C")
+        library = f"binaries/{fmpy.platform}/SteppedImpact{fmpy.sharedLibraryExtension}"
+        compile_library("stepped_impact.c", stepped["C"] / library)
+    empty = build_plain_fmu(HERE / "empty_fmu.py", folder)
+    return stepped, extract(empty, "empty") if in_python else None

@@ -46,29 +46,29 @@ def compared(
         quick: fewer points.
     """
     stepped, empty = fmus.extract_peers(folder)
-    library = fmus.compile_calls(folder) if in_c else None
-    language, fastest = [*stepped.items()][-1]
+    fastest = [*stepped.items()][-1]
     slave, restored = impact.instance, "state restored, k set, doStep, getReal"
     restore = partial(slave.setFMUstate, slave.getFMUstate())
     rows = [
         by_calls(OURS, restored, impact.folder, restored=True),
-        by_simulate_fmu(impact, "state restored", slave, restore),
-        by_simulate_fmu(impact, "instance reset", slave, slave.reset),
-        by_simulate_fmu(impact, "a new instance"),
-        *(by_sub_steps(*each, order=1, dt=0.5e-6) for each in stepped.items()),
-        by_sub_steps(language, fastest, order=4, dt=5e-6),
+        by_simulate_fmu(impact, "state restored", restore, fmu_instance=slave),
+        by_simulate_fmu(impact, "instance reset", slave.reset, fmu_instance=slave),
+        by_simulate_fmu(impact, "a new instance", lambda: None),
+        *(by_sub_steps(each, 1, 0.5e-6) for each in stepped.items()),
+        by_sub_steps(fastest, 4, 5e-6),
         by_dop853(1e-12),
     ]
     if in_c:
+        library = fmus.compile_library("impacts.c", Path(folder, "impacts"))
         rows += [
             by_calls(NATIVE, restored, in_c.folder, restored=True),
             by_calls(NATIVE, restored, in_c.folder, library, restored=True),
-            by_sub_steps(language, fastest, order=1, dt=0.5e-6, library=library),
+            by_sub_steps(fastest, 1, 0.5e-6, library),
         ]
     rows += [by_calls(EMPTY, "k set, doStep, getReal", empty)] if empty else []
     spaces = 4 if quick else 16
     sub_steps = [*(10.0 ** -(5 + 2 * n / spaces) for n in range(spaces + 1)), 1e-8, 1e-9]
-    points = [by_sub_steps(language, fastest, order, dt) for order in (1, 4) for dt in sub_steps]
+    points = [by_sub_steps(fastest, order, dt) for order in (1, 4) for dt in sub_steps]
     return rows, points + [by_dop853(10.0**-n) for n in range(3, 14, 5 if quick else 1)]
 
 
@@ -80,89 +80,78 @@ def by_calls(
     restored: bool = False,
     **start: float,
 ) -> Way:
-    """The fewest and cheapest FMI calls, by fmpy or in C.
+    """The fewest and cheapest FMI calls of an extracted FMU, by fmpy or by the library in C.
 
-    Args:
-        name: of the way.
-        called: how, in words.
-        folder: the extracted FMU.
-        library: that of impacts.c, for calls in C.
-        restored: each impact begins by restoring a state; else a doStep is a whole impact.
-        start: values of parameters.
+    Each impact is a doStep, after `restored` from a state; `start` has values of parameters.
     """
 
     def prepare(law: int) -> Solve:
-        description = fmpy.read_model_description(folder)
-        slave = fmpy.instantiate_fmu(folder, description)
+        about = fmpy.read_model_description(folder)
+        variables = {variable.name: variable for variable in about.modelVariables}
+        slave = fmpy.instantiate_fmu(folder, about)
         slave.setupExperiment()
         slave.enterInitializationMode()
-        variables = {v.name: v for v in description.modelVariables}
-        for variable, value in {"law": law, **start}.items():
-            setter = getattr(slave, f"set{variables[variable].type}")
-            setter([variables[variable].valueReference], [value])
+        for parameter, value in {"law": law, **start}.items():
+            variable = variables[parameter]
+            getattr(slave, f"set{variable.type}")([variable.valueReference], [value])
         slave.exitInitializationMode()
-        k, *outputs = (variables[name].valueReference for name in ("k", *METRICS))
-        run = partial(_in_c, library) if library else _by_fmpy
-        return run(slave, [k], outputs, slave.getFMUstate() if restored else None)
+        k, *outputs = (variables[each].valueReference for each in ("k", *METRICS))
+        state = slave.getFMUstate() if restored else None
+        run = partial(_in_c, library) if library else partial(partial, _solve)
+        return run(slave, k, outputs, state)
 
     return Way(name, f"in C: {called}" if library else called, prepare, IMPACTS if library else 1)
 
 
-def _by_fmpy(slave: Any, k: list[int], outputs: list[int], start: Any) -> Solve:
-    def solve(stiffness: float) -> Sequence[float]:
-        if start is not None:
-            slave.setFMUstate(start)
-        slave.setReal(k, [stiffness])
-        slave.doStep(0.0, STEP)
-        return slave.getReal(outputs)
-
-    return solve
+def _solve(slave: Any, reference: int, outputs: list[int], start: Any, k: float) -> Sequence[float]:
+    """An impact with this stiffness (N/m) in one step, from a state if one is given."""
+    if start is not None:
+        slave.setFMUstate(start)
+    slave.setReal([reference], [k])
+    slave.doStep(0.0, STEP)
+    return slave.getReal(outputs)
 
 
-def _in_c(library: Path, slave: Any, k: list[int], outputs: list[int], start: Any) -> Solve:
-    """IMPACTS impacts, the last with the given stiffness."""
+def _in_c(library: Path, slave: Any, k: int, outputs: list[int], start: Any) -> Solve:
+    """IMPACTS impacts in C, the last with the given stiffness (N/m)."""
     run, values = ctypes.CDLL(str(library)).impacts, (ctypes.c_double * 3)()
     names = ("SetFMUstate", "SetReal", "DoStep", "GetReal")
     functions = [ctypes.cast(getattr(slave.dll, f"fmi2{n}"), ctypes.c_void_p) for n in names]
-    component, references = ctypes.c_void_p(slave.component), ((ctypes.c_uint * 3)(*outputs))
-    reference = ctypes.byref(ctypes.c_uint(*k))
+    references = ctypes.byref(ctypes.c_uint(k)), (ctypes.c_uint * 3)(*outputs)
+    component = ctypes.c_void_p(slave.component)
 
-    def solve(stiffness: float) -> Sequence[float]:
-        number = ctypes.c_double(stiffness)
-        run(IMPACTS, component, start, number, reference, references, values, *functions)
+    def solve(k: float) -> Sequence[float]:
+        run(IMPACTS, component, start, ctypes.c_double(k), *references, values, *functions)
         return list(values)
 
     return solve
 
 
-def by_sub_steps(
-    language: str, folder: Path, order: int, dt: float, library: Path | None = None
-) -> Way:
-    """An extracted SteppedImpact.fmu: all sub-steps of `dt` s inside one doStep."""
-    name = f"{'explicit Euler' if order == 1 else 'Runge–Kutta 4'}, {language} FMU"
-    called = f"k set, doStep of {1e6 * dt:.2g} µs sub-steps, getReal"
-    return by_calls(name, called, folder, library, order=order, dt=dt)
-
-
-def by_simulate_fmu(
-    impact: Impact, called: str, instance: Any = None, begin: Callable[[], Any] = lambda: None
-) -> Way:
-    """fmpy.simulate_fmu in one step: extracted, in this instance after `begin`, or in a new one."""
+def by_simulate_fmu(impact: Impact, called: str, begin: Callable[[], Any], **options: Any) -> Way:
+    """fmpy.simulate_fmu in one step, of the extracted FMU, after `begin`."""
 
     def solve(law: int, k: float) -> Sequence[float]:
         begin()
         rows = fmpy.simulate_fmu(
             impact.folder,
             model_description=impact.description,
-            fmu_instance=instance,
             start_values={"law": law, "k": k},
             output=METRICS,
             stop_time=STEP,
             output_interval=STEP,
+            **options,
         )
         return [rows[name][-1] for name in METRICS]
 
     return Way(OURS, f"simulate_fmu, {called}", lambda law: partial(solve, law))
+
+
+def by_sub_steps(peer: tuple[str, Path], order: int, dt: float, library: Path | None = None) -> Way:
+    """SteppedImpact.fmu in a language, extracted: sub-steps of `dt` s inside one doStep."""
+    language, folder = peer
+    name = f"{'explicit Euler' if order == 1 else 'Runge–Kutta 4'}, {language} FMU"
+    called = f"k set, doStep of {1e6 * dt:.2g} µs sub-steps, getReal"
+    return by_calls(name, called, folder, library, order=order, dt=dt)
 
 
 def by_dop853(rtol: float) -> Way:
