@@ -15,9 +15,9 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 
 from golf_impact.data.runs import reduced_mass
-from golf_impact.evidence import scales
 from golf_impact.evidence.random_impacts import critical_damping
 from golf_impact.evidence.reference import Reference, mp
+from golf_impact.evidence.scales import Scales
 
 DEFAULTS = {row.name: row.start for row in SETTABLE.values()}
 
@@ -282,7 +282,7 @@ def exact(name):
 def scales_of(case, last, span):
     """Scales of errors of a case whose outputs after `span` s are these."""
     values, approach = case.values | {"start_time": case.start}, last["touch_time"] - case.start
-    return scales.scales_of(values, last, float(approach), span, case.changes, last)
+    return Scales(values, last, float(approach), span, case.changes, last)
 
 
 def integrated(values, changes=(), force=None, push=None, touch=0.0):

@@ -7,7 +7,7 @@ import pytest
 from golf_physics.values import SLOWEST
 
 from golf_impact.data.quantities import START as DEFAULTS
-from golf_impact.evidence.scales import TOLERANCE, Scales, scales_of
+from golf_impact.evidence.scales import TOLERANCE, Scales
 
 
 def to_15_digits(sentence):
@@ -24,7 +24,7 @@ def contact_scales(values, outputs):
     """
     closing = values["club_speed"] - values["ball_speed"]
     approach = values["gap"] / closing if closing > SLOWEST else 0.0
-    return scales_of(values, outputs, approach, approach + 1.0)
+    return Scales(values, outputs, approach, approach + 1.0)
 
 
 def assert_within(error, tolerance=TOLERANCE, name="", **where):

@@ -5,7 +5,7 @@ import math
 import pytest
 from compare import contact_scales
 
-from golf_impact.evidence.scales import scales_of
+from golf_impact.evidence.scales import Scales
 
 #: μ = 0.04 kg, ω = 5000/s, a kinetic energy of 90 J.
 GIVEN = {
@@ -33,7 +33,7 @@ def test_scales_of_an_impact():
     assert late.rounding_of_time("touch_time") == pytest.approx(4e-16 * 3.0001 / 6e-4)
     # A ball that is faster afterwards has more energy.
     more = {"club_velocity": 50.0, "ball_velocity": -30.0, "kinetic_energy": 272.5}
-    gained = type(scales)(GIVEN, ENDS, 1e-4, after=more)
+    gained = Scales(GIVEN, ENDS, 1e-4, 1e-3, after=more)
     assert [gained.of(n) for n in ("ball_velocity", "energy_efficiency")] == [80.0, 272.5 / 90.0]
 
 
@@ -56,12 +56,11 @@ def test_inputs_that_change():
         (9e-4, {"club_speed": 90.0, "k": 4e6}),
         (1e-3, {"k": 1.0}),
     ]
-    scales = scales_of(GIVEN, ENDS, 8e-4, 2e-3, changes)
+    scales = Scales(GIVEN, ENDS, 8e-4, 2e-3, changes)
     assert scales.of("club_velocity") == 60.0
     assert scales.fastest == pytest.approx(1e4)
-    assert scales_of(GIVEN, {**ENDS, "contact_time": 0.0}, 8e-4, 2e-3).of(
-        "touch_time"
-    ) == pytest.approx(1.2e-3)
+    lasting = Scales(GIVEN, {**ENDS, "contact_time": 0.0}, 8e-4, 2e-3)
+    assert lasting.of("touch_time") == pytest.approx(1.2e-3)
 
 
 def test_errors_in_their_scales():

@@ -10,7 +10,7 @@ import numpy as np
 from golf_impact.data.runs import FLAGS
 from golf_impact.evidence.random_impacts import ImpactCase, Step
 from golf_impact.evidence.reference import Reference, mp
-from golf_impact.evidence.scales import TOLERANCE, Scales, scales_of
+from golf_impact.evidence.scales import TOLERANCE, Scales
 from golf_impact.fmu import Impact
 
 INPUTS = Step._fields[1:]
@@ -38,7 +38,7 @@ def check(
     one_step = case.steps()
     final = {name: x[-1] for name, x in run(impact, case, one_step).items()}
     values = {**case.values, "start_time": case.start_time}
-    scales = scales_of(values, final, case.approach, case.end, case.changes, final)
+    scales = Scales(values, final, case.approach, case.end, case.changes, final)
     reference = references(values, one_step) if exact else []
     for pattern, steps in case.patterns(final["contact_time"], rng, equal):
         path, number = run(impact, case, steps), len(steps)
@@ -54,8 +54,8 @@ def check(
             yield from reference_errors(reference, steps, path, scales)
 
 
-def start(impact: Impact, case: ImpactCase) -> None:
-    """Begin a run of the FMU."""
+def run(impact: Impact, case: ImpactCase, steps: Sequence[Step]) -> Path:
+    """The whole run by these steps."""
     slave, at = impact.instance, impact.references
     slave.reset()
     slave.setupExperiment(startTime=case.start_time)
@@ -64,6 +64,7 @@ def start(impact: Impact, case: ImpactCase) -> None:
     slave.setInteger([at["law"]], [int(reals.pop("law"))])
     slave.setReal([at[name] for name in reals], [*reals.values()])
     slave.exitInitializationMode()
+    return follow(impact, case.start_time, steps)
 
 
 def follow(impact: Impact, time: float, steps: Sequence[Step]) -> Path:
@@ -79,12 +80,6 @@ def follow(impact: Impact, time: float, steps: Sequence[Step]) -> Path:
         time += length
         rows.append([*slave.getReal(real_at), *slave.getBoolean(flag_at)])
     return dict(zip(reals + flags, np.array(rows, float).T))
-
-
-def run(impact: Impact, case: ImpactCase, steps: Sequence[Step]) -> Path:
-    """The whole run by these steps."""
-    start(impact, case)
-    return follow(impact, case.start_time, steps)
 
 
 def momentum_error(case: ImpactCase, steps: Sequence[Step], path: Path, scales: Scales) -> float:
@@ -138,14 +133,9 @@ def order_error(path: Path, scales: Scales) -> float:
     """
     force, touched, separated = path["force"], path["touched"], path["separated"]
     in_contact = touched > separated
-    holds = (
-        all(np.isfinite(values).all() for values in path.values()),
-        np.array_equal(path["in_contact"], in_contact),
-        not force[~in_contact].any(),
-        (np.diff(touched) >= 0.0).all(),
-        (np.diff(separated) >= 0.0).all(),
-    )
-    if not all(holds):
+    ordered = np.array_equal(path["in_contact"], in_contact) and not force[~in_contact].any()
+    ordered = ordered and min(np.diff([touched, separated]).flat, default=0.0) >= 0.0
+    if not (ordered and np.isfinite([*path.values()]).all()):
         return math.inf
     worst = np.max(np.maximum(-force, force - path["max_force"])) / (scales.of("force") or 1.0)
     # Just at touch the force is the limit for the inputs present, which may still be set.

@@ -110,11 +110,10 @@ def half_contact(zeta: float) -> float:
 
     Schwager & Pöschel, Granular Matter 9, 465-469 (2007).
     """
-    if zeta < 1.0:
-        return math.acos(zeta) / math.sqrt((1.0 - zeta) * (1.0 + zeta))
-    if zeta > 1.0:
-        return math.acosh(zeta) / math.sqrt((zeta - 1.0) * (zeta + 1.0))
-    return 1.0
+    frequency = math.sqrt(abs((1.0 - zeta) * (1.0 + zeta)))
+    if not frequency:
+        return 1.0
+    return (math.acos(zeta) if zeta < 1.0 else math.acosh(zeta)) / frequency
 
 
 def contact_time_of_law_2(values: Mapping[str, float]) -> float:

@@ -2,54 +2,75 @@
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any
 
 from golf_impact.data.runs import reduced_mass
 
 _PLACES = ("club_position", "ball_position")
-_LARGEST = ("max_force", "max_compression", "impulse", "contact_time")
-_AFTER = ("club_velocity", "ball_velocity", "kinetic_energy")
 
 #: For every error without unit.
 TOLERANCE = 1e-13
 
 
-@dataclass(frozen=True)
 class Scales:
-    """The scales of one impact that is over (or as far as it got)."""
+    """The scales of one impact that is over (or as far as it got).
 
-    values: Mapping[str, float]  #: inputs and parameters at the start, and start_time
-    largest: Mapping[str, float]  #: outputs then: max_force, max_compression, impulse, contact_time
-    approach: float  #: s from the start to first touch
-    span: float = 0.0  #: s from the start to the instant of the outputs
-    #: The fastest rate in the contact, 1/s: an error in time, 4e-16 of the approach, becomes one of
-    #: the outputs in contact by this rate.
-    fastest: float = 0.0
-    #: Outputs after the contact, for impacts that gain energy from a stiffness that rises.
-    after: Mapping[str, float] = field(default_factory=dict)
+    Args:
+        values: inputs and parameters at the start, and start_time.
+        outputs: max_force, max_compression, impulse and contact_time in the end. A contact without
+            a time (0 or NaN) is measured by the time since touch.
+        approach: s from the start to first touch.
+        span: s from the start to the end.
+        changes: instants, s from the start, and inputs from then on.
+        after: club_velocity, ball_velocity and kinetic_energy, where the impact may gain energy
+            from a stiffness that rises.
+    """
 
-    @cached_property
-    def _table(self) -> dict[str, float]:
-        v, time = self.values, self.largest["contact_time"]
-        m_club, m_ball, u_club, u_ball = v["m_club"], v["m_ball"], v["club_speed"], v["ball_speed"]
-        speed = abs(u_club) + abs(u_ball)
-        energy = most = 0.5 * (m_club * u_club**2 + m_ball * u_ball**2)
-        if self.after:
-            speed = max(speed, abs(self.after["club_velocity"]) + abs(self.after["ball_velocity"]))
-            most = max(energy, self.after["kinetic_energy"])
-        return {
+    def __init__(
+        self,
+        values: Mapping[str, Any],
+        outputs: Mapping[str, Any],
+        approach: float,
+        span: float,
+        changes: Iterable[tuple[float, Mapping[str, float]]] = (),
+        after: Mapping[str, Any] | None = None,
+    ) -> None:
+        self.approach, self.span = approach, span
+        self.start_time = abs(values.get("start_time", 0.0))
+        names = ("max_force", "max_compression", "impulse", "contact_time")
+        force, compression, impulse, time = (float(outputs[name]) for name in names)
+        self.contact_time = time if time > 0.0 else span - approach
+        stiffer, n = 1.0, values.get("exponent", 1.0)
+        if n != 1.0:
+            relative = compression / values["reference_compression"]
+            stiffer = max(1.0, n * relative ** (n - 1.0))
+        #: The fastest rate in the contact, 1/s: an error in time, 4e-16 of the approach, becomes
+        #: one of the outputs in contact by this rate.
+        self.fastest = 0.0
+        now, u_club = dict(values), values["club_speed"]
+        for instant, inputs in ((0.0, {}), *changes):
+            now |= inputs
+            mu = reduced_mass(now)
+            self.fastest = max(self.fastest, math.sqrt(now["k"] * stiffer / mu), now["b"] / mu)
+            if instant <= approach:  # the speed that counts is the last one set before touch
+                u_club = now["club_speed"]
+        m_club, m_ball, u_ball = values["m_club"], values["m_ball"], values["ball_speed"]
+        speed, energy = abs(u_club) + abs(u_ball), 0.5 * (m_club * u_club**2 + m_ball * u_ball**2)
+        most = energy
+        if after:
+            v_club, v_ball = (abs(float(after[f"{body}_velocity"])) for body in ("club", "ball"))
+            speed, most = max(speed, v_club + v_ball), max(energy, float(after["kinetic_energy"]))
+        self._table = {
             **dict.fromkeys(("club_velocity", "ball_velocity"), speed),
             "smash_factor": speed / abs(u_club) if u_club else 1.0,
-            "coefficient_of_restitution": speed / abs(u_club - u_ball),
-            **dict.fromkeys(("force", "mean_force", "max_force"), self.largest["max_force"]),
-            **dict.fromkeys(("compression", "max_compression"), self.largest["max_compression"]),
-            "impulse": self.largest["impulse"],
-            **dict.fromkeys((*_PLACES, "contact_displacement"), speed * time),
-            **dict.fromkeys(("contact_time", "time_of_max_force", "touch_time"), time),
+            "coefficient_of_restitution": speed / (abs(u_club - u_ball) or 1.0),
+            **dict.fromkeys(("force", "mean_force", "max_force"), force),
+            **dict.fromkeys(("compression", "max_compression"), compression),
+            "impulse": impulse,
+            **dict.fromkeys((*_PLACES, "contact_displacement"), speed * self.contact_time),
+            **dict.fromkeys(("contact_time", "time_of_max_force", "touch_time"), self.contact_time),
             "kinetic_energy": most,
-            "energy_efficiency": most / energy,
+            "energy_efficiency": most / (energy or 1.0),
             "momentum": (m_club + m_ball) * speed,
         }
 
@@ -66,14 +87,14 @@ class Scales:
             return 0.0
         scale = 0.0 if isinstance(exact, bool) else self.of(name)
         if not scale:
-            return float("inf")
+            return math.inf
         return max(0.0, float(abs(exact - value)) / scale - self.rounding_of_time(name))
 
     def rounding_of_time(self, name: str) -> float:
         """Error due to rounding of times: 4e-16 A/T, or more if the output changes faster."""
-        before, growth, time = self.approach, 1.0, self.largest["contact_time"]
+        before, growth, time = self.approach, 1.0, self.contact_time
         if name == "touch_time":
-            before += abs(self.values.get("start_time", 0.0))
+            before += self.start_time
         elif name in (*_PLACES, "mean_force"):
             before = max(before, self.span)  # these reach over all the time that has passed
         if name in _PLACES:
@@ -82,40 +103,3 @@ class Scales:
             # The effect of an error in velocity on a position grows with time.
             growth = max(1.0, (self.span - self.approach) / time)
         return max(4e-16 * before / time, 4e-16 * self.approach * self.fastest * growth)
-
-
-def scales_of(
-    values: Mapping[str, Any],
-    outputs: Mapping[str, Any],
-    approach: float,
-    span: float,
-    changes: Iterable[tuple[float, Mapping[str, float]]] = (),
-    after: Mapping[str, Any] | None = None,
-) -> Scales:
-    """The scales of an impact.
-
-    Args:
-        values: inputs and parameters at the start, and start_time.
-        outputs: max_force, max_compression, impulse and contact_time in the end. A contact without
-            a time (0 or NaN) is measured by the time since touch.
-        approach: s from the start to first touch.
-        span: s from the start to the end.
-        changes: instants, s from the start, and inputs from then on.
-        after: club_velocity, ball_velocity and kinetic_energy, where the impact may gain energy.
-    """
-    start, now, fastest = dict(values), dict(values), 0.0
-    largest = {name: float(outputs[name]) for name in _LARGEST}
-    if not largest["contact_time"] > 0.0:
-        largest["contact_time"] = span - approach
-    stiffer, n = 1.0, values.get("exponent", 1.0)
-    if n != 1.0:
-        relative = largest["max_compression"] / values["reference_compression"]
-        stiffer = max(1.0, n * relative ** (n - 1.0))
-    for time, inputs in ((0.0, {}), *changes):
-        now |= inputs
-        mu = reduced_mass(now)
-        fastest = max(fastest, math.sqrt(now["k"] * stiffer / mu), now["b"] / mu)
-        if time <= approach:  # the speed that counts is the last one set before touch
-            start["club_speed"] = now["club_speed"]
-    after = {name: float(value) for name, value in (after or {}).items() if name in _AFTER}
-    return Scales(start, largest, approach, span, fastest, after)
