@@ -14,12 +14,7 @@ from scipy.special import chdtrc
 
 from golf_impact.data.errors import UserError
 from golf_impact.data.runs import reduced_mass
-from golf_impact.studies.calibrate.measurements import (
-    IMPACT,
-    RESTITUTION,
-    UNITS,
-    Measurements,
-)
+from golf_impact.studies.calibrate.measurements import IMPACT, UNITS, Measurements
 from golf_impact.studies.intervals import RANGES, ends_of, step_of
 
 #: The parameters of COR = first − second · approach speed; they replace b.
@@ -38,6 +33,14 @@ _ROWS = tuple(2.0**n for n in range(3, -5, -1))
 #: The rise of χ² at the end of a one-sided 95 % interval; a lag-1 autocorrelation of residuals,
 #: times √rows, that isn't chance; rows in contact up to which intervals follow from the rise of χ².
 _ONE_SIDED, _CORRELATED, _SPARSE = 1.645**2, 4.0, 40
+
+#: The least singular value of the Jacobian, its columns of length 1, that isn't rounding.
+_DEPENDENT = 1e-7
+
+_GIVE = (
+    "give --curve FILE.csv, --cor-speeds FILE.csv or more of them, e.g. --measured cor=0.743 "
+    "--measured contact_time=600us"
+)
 
 
 class Estimate(NamedTuple):
@@ -64,7 +67,7 @@ class Problem:
         sigma: standard deviations of the measured values, by the name of the part.
 
     Raises:
-        UserError: the measurements can't determine the parameters.
+        UserError: a parameter isn't one of these measurements, or none is left.
     """
 
     def __init__(self, data: Measurements, fixed: Mapping[str, float]) -> None:
@@ -72,32 +75,17 @@ class Problem:
         self.title = title_of(fixed.get("exponent")) + " with COR line" * bool(data.cor_speeds)
         self.sigma = {name: part.guess for name, part in self.parts.items()}
         self.rows = sum(map(len, self.sigma.values()))
-        known = data.scalars.measured.keys() - {*data.scalars.targets}
-        self.sized = data.sized or "k" in {*fixed, *known}
-        fitted = [*(LINE if data.cor_speeds else ["b"]), *(["k", "exponent"] if self.sized else [])]
-        self.names = [name for name in RANGES if name in fitted]
-        self.names += [name for name in IMPACT if name in known]
-        for name in (*fixed, *known):
-            if name in RANGES and name not in (*fitted, "exponent"):
-                raise UserError(f"{name} is refused: {', '.join(sorted(fitted))} are fitted here")
-        if {*fitted} <= {*fixed} and not data.curves:
+        known = {*data.scalars.measured} - {*data.scalars.targets}
+        # COR over speed alone doesn't depend on the stiffness.
+        self.sized = not data.cor_speeds or data.sized or "k" in {*fixed, *known}
+        fitted = {*(LINE if data.cor_speeds else ["b"]), *(["k", "exponent"] if self.sized else [])}
+        if other := ({*fixed} - {"exponent"} | known & {*RANGES}) - fitted:
+            raise UserError(f"{min(other)} is refused: {', '.join(sorted(fitted))} are fitted here")
+        if fitted <= {*fixed} and not data.curves:
             raise UserError("nothing is left to be fitted: fix fewer parameters")
-        self._check_number(len(known & RANGES.keys()))
-
-    def _check_number(self, priors: int) -> None:
-        """Raise UserError if there are fewer measurements than the law has parameters."""
-        data, line = self.data, self.data.cor_speeds is not None
-        sizes = [name for name in data.scalars.targets if name not in RESTITUTION]
-        have = len(sizes) + (line or len(data.scalars.targets) > len(sizes)) + priors
-        names = ("k", "exponent") if self.sized or not line else ()
-        need = sum(name not in self.fixed for name in names) + (line or "b" not in self.fixed)
-        if have < need and not data.curves:
-            raise UserError(
-                f"{self.title} can't be fitted: too few targets, {have} where {need} are needed "
-                "(ball speed, club speed after and COR count once); give --curve FILE.csv, "
-                "--cor-speeds FILE.csv or more of them, e.g. --measured cor=0.743 --measured "
-                "contact_time=600us"
-            )
+        if not self.parts:
+            raise UserError(f"nothing is measured; {_GIVE}")
+        self.names = [name for name in (*RANGES, *IMPACT) if name in fitted | known]
 
     def split(self, rows: np.ndarray) -> dict[str, np.ndarray]:
         """Views of rows by the name of the part that they are of."""
@@ -127,25 +115,26 @@ class Problem:
         Rows within so many spacings of touch have none over its instant: the force jumps or rises
         steeply there.
         """
-        values, names = params.valuesdict(), [one.name for one in params.values() if one.vary]
-        slopes = np.zeros((len(names), self.rows))
+        values, slopes = params.valuesdict(), []
+        touches = {"touch" + one.suffix: name for name, one in self.data.curves.items()}
         try:
-            for name, rows in zip(names, slopes):
+            for name in (one.name for one in params.values() if one.vary):
                 of = name if name in (*RANGES, *IMPACT) else name.partition("_")[0]
                 low, high = ends_of(of, values[name])
-                rows[:] = self._model({**values, name: high}) - self._model({**values, name: low})
-                rows /= high - low
-                for key, part in self.split(rows).items():
-                    if key in self.data.curves and name == "touch" + self.data.curves[key].suffix:
-                        # A difference over the jump itself is none of the force.
-                        curve = self.data.curves[key]
-                        close = max(near * curve.spacing, UNITS["touch"] * (high - low))
-                        part[np.abs(curve.since_touch(values)) <= close] = 0.0
+                rows = self._model({**values, name: high}) - self._model({**values, name: low})
+                slopes.append(rows / (high - low))
+                if name in touches:
+                    # A difference over the jump itself is none of the force.
+                    curve = self.data.curves[touches[name]]
+                    close = max(near * curve.spacing, UNITS["touch"] * (high - low))
+                    beside = np.abs(curve.since_touch(values)) <= close
+                    self.split(slopes[-1])[touches[name]][beside] = 0.0
         except UserError:
-            slopes[:] = 0.0
-        return slopes.T
+            slopes = [np.zeros(self.rows) for one in params.values() if one.vary]
+        return np.reshape(slopes, (-1, self.rows)).T
 
     def solve(self, params: lmfit.Parameters, tolerance: float = 0.0, near: float = 0.0) -> Any:
+        """lmfit's result of the minimum beside these parameters."""
         # Of χ²; with many rows it is about their number, and 1e-3 a thirtieth of a σ.
         tolerance = tolerance or max(1e-10, 1e-3 / self.rows if self.rows > _FEW else 0.0)
         found = lmfit.Minimizer(
@@ -240,10 +229,15 @@ class Problem:
         return params
 
     def determined(self, result: Any) -> Any:
-        """The result, unless its parameters have no covariance; then a UserError."""
-        if result.covar is None or not np.all(result.covar.diagonal() > 0.0):
+        """The result, unless measurements don't determine its parameters; then a UserError."""
+        scales = np.linalg.norm(result.jac, axis=0)
+        rank = np.linalg.matrix_rank(result.jac / np.where(scales, scales, 1.0), _DEPENDENT)
+        if rank < len(result.var_names):
             names = ", ".join(name for name in self.names if name in result.var_names)
-            raise UserError(f"{self.title}: these measurements don't determine {names}")
+            once = "ball speed, club speed after and COR count once"
+            raise UserError(
+                f"{self.title}: these measurements don't determine {names} ({once}); {_GIVE}"
+            )
         return result
 
     def estimate_sigma(self, result: Any) -> None:
