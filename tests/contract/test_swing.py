@@ -212,6 +212,25 @@ def test_no_sequence_of_steps_touches_the_ball_with_another_speed(companion, par
     assert -0.5 <= min(errors) < 0.5 < max(errors) <= 2.1
 
 
+@pytest.mark.parametrize(("size", "last"), [(1e-3, 0.08), (5e-4, 0.08), (2e-4, 0.1)])
+def test_a_head_that_comes_to_the_ball_at_the_end_of_a_step(companion, size, last):
+    """Its host may have it some 1e-13 m before or behind: it holds the same speed once more."""
+    count = round(0.84 / size)
+    # A tenth of the speed backwards, but not in the first step, and the same way back.
+    back = [size] * count + [last]
+    forth = (sum(back) - size) / 100.0
+    swing, time, held = companion("Swing"), 0.0, [0.0]
+    for step in [*back, *[forth] * 10]:
+        swing.doStep(time, step)
+        time += step
+        held += get(swing, "club_speed")
+    speed = pytest.approx(AT_THE_BALL, rel=1e-9)
+    assert held[1 : count + 1] == [pytest.approx(-0.1 * AT_THE_BALL, rel=1e-9)] * count
+    assert held[count + 1 :] == [speed] * 11
+    swing.doStep(time, 1e-9)
+    assert get(swing, "club_speed")[0] < 0.99 * AT_THE_BALL
+
+
 def test_its_clock_is_the_sum_of_its_steps(companion):
     """A plain sum of a million steps would be off by some 1e-11 s, at 4,000 m/s²."""
     small, large = companion("Swing"), companion("Swing")

@@ -27,7 +27,7 @@ at once (numerics/runge_kutta.py), landing included, and the host's steps have n
 """
 
 from math import atan2, cos, exp, inf, log, pi, sin, sqrt
-from typing import ClassVar, NamedTuple
+from typing import ClassVar
 
 from ..numerics.events import maxima
 from ..numerics.runge_kutta import Solution, Values
@@ -43,35 +43,11 @@ _TERMS = ("constant", "spin", "spin_squared", "reynolds")
 _ROUGHNESS = 0.03
 
 
-class Air(NamedTuple):
-    """What acts on a ball, SI units."""
-
-    drag: tuple[float, ...]  #: k times C_D: constant, with S, with S^2, with v
-    lift: tuple[float, ...]  #: k times C_L: constant, with S, with S^2, with v^-2
-    decay: float  #: of the spin, 1/m
-    gravity: float
-    limit: float  #: of S
-    wind: float  #: its slope over ln(1 + y/z), m/s
-    surface_speed: float  #: radius times backspin at launch, not negative, m/s
-
-    def slopes(self, motion: Values) -> Values:
-        """Of x, y, u, h and the way through the air s: the equations of the module's text.
-
-        They leave w = w0 exp(-d s / r): integrated as w, a fast decay would be stiff.
-        """
-        _, y, u, h, way = motion
-        p = u - self.wind * log((y + _ROUGHNESS) / _ROUGHNESS)
-        v = sqrt(p * p + h * h)
-        s = min(self.surface_speed * exp(-self.decay * way) / v, self.limit)
-        d0, d1, d2, d3 = self.drag
-        l0, l1, l2, l3 = self.lift
-        drag = (d0 + s * (d1 + s * d2)) * v + d3 * v * v
-        lift = (l0 + s * (l1 + s * l2)) * v + l3 / v
-        return u, h, -(drag * p + lift * h), lift * p - drag * h - self.gravity, v
-
-
 class Flight:
-    """A flight from a launch (s) with a speed (m/s) at an angle (rad) to the landing.
+    """A flight from the launch to the landing.
+
+    Args:
+        given: the values of BallFlight's variables at the launch, by name.
 
     Attributes:
         results: carry, apex (m), time of flight (s) and land angle (rad).
@@ -80,19 +56,33 @@ class Flight:
         ArithmeticError: the ball doesn't land.
     """
 
-    def __init__(self, launch: float, speed: float, angle: float, air: Air) -> None:
-        self.arguments = launch, speed, angle, air
+    def __init__(self, given: dict[str, float]) -> None:
+        self.arguments = (given,)
         self.results = 0.0, 0.0, 0.0, 0.0
+        self._launch = given["touch_time"] + given["contact_time"]
+        self._gravity, self._limit = given["gravity"], given["spin_ratio_limit"]
+        self._wind = given["wind_speed"] / log(1.0 + 10.0 / _ROUGHNESS)
+        radius, spin = 0.5 * given["ball_diameter"], given["backspin"]
+        self._decay, self._surface_speed = given["spin_decay"] / radius, radius * abs(spin)
+        # k C_D and k C_L: constant, with S, with S^2, with v and v^-2.
+        k = 0.5 * given["air_density"] * pi * radius * radius / given["m_ball"]
+        upwards = k * ((spin > 0.0) - (spin < 0.0))
+        self._drag = [k * given[f"drag_{term}"] for term in _TERMS]
+        self._lift = [upwards * given[f"lift_{term}"] for term in _TERMS]
+        reynolds = given["ball_diameter"] / given["kinematic_viscosity"] * 1e-5  # R / v
+        self._drag[3] *= reynolds
+        self._lift[3] /= reynolds**2
+        speed, angle = given["ball_velocity"], given["launch_angle"]
         start = 0.0, 0.0, speed * cos(angle), speed * sin(angle), 0.0
 
         def allowed(motion: Values) -> Values:
             far, fast = _TOLERANCE * motion[4], _TOLERANCE * speed
             return far, far, fast, fast, far
 
-        path = Solution(air.slopes, start, 0.01, allowed, lambda m: m[1], lambda m: m[3])
+        path = Solution(self._slopes, start, 0.01, allowed, lambda m: m[1], lambda m: m[3])
         self._path = path
         # On a level launch the ball leaves the ground if its lift exceeds its weight.
-        if speed > 0.0 and (angle > 0.0 or (angle == 0.0 and air.slopes(start)[3] > 0.0)):
+        if speed > 0.0 and (angle > 0.0 or (angle == 0.0 and self._slopes(start)[3] > 0.0)):
             path.covers(inf)
             if not path.has_ended:
                 raise ArithmeticError("this ball doesn't land")
@@ -100,10 +90,25 @@ class Flight:
             x, _, u, h, _ = path.values[-1]
             self.results = x, max(path.at(t)[1] for t in tops), path.end, atan2(-h, u)
 
+    def _slopes(self, motion: Values) -> Values:
+        """Of x, y, u, h and the way through the air s: the equations of the module's text.
+
+        They leave w = w0 exp(-d s / r): integrated as w, a fast decay would be stiff.
+        """
+        _, y, u, h, way = motion
+        p = u - self._wind * log((y + _ROUGHNESS) / _ROUGHNESS)
+        v = sqrt(p * p + h * h)
+        s = min(self._surface_speed * exp(-self._decay * way) / v, self._limit)
+        d0, d1, d2, d3 = self._drag
+        l0, l1, l2, l3 = self._lift
+        drag = (d0 + s * (d1 + s * d2)) * v + d3 * v * v
+        lift = (l0 + s * (l1 + s * l2)) * v + l3 / v
+        return u, h, -(drag * p + lift * h), lift * p - drag * h - self._gravity, v
+
     def position(self, time: float) -> tuple[float, float, bool]:
         """Distance and height (m), and whether the ball has landed."""
         carry, _, duration, _ = self.results
-        t = time - self.arguments[0]
+        t = time - self._launch
         if t >= duration:
             return carry, 0.0, True
         x, y, *_ = self._path.at(max(t, 0.0))
@@ -114,33 +119,12 @@ class BallFlight(Companion):
     """The flight of the ball over time; see the module's text."""
 
     inside: ClassVar = ("_flight",)
-    classes: ClassVar = (Flight, Air)
+    classes: ClassVar = (Flight,)
     _flight: Flight | None = None
 
     def _step(self, point: float, size: float) -> None:
         if self.separated and self._flight is None:
-            launch = self.touch_time + self.contact_time
-            self._flight = Flight(launch, self.ball_velocity, self.launch_angle, self._air())
+            self._flight = Flight(self.values())
             self.carry, self.apex, self.flight_time, self.land_angle = self._flight.results
         if self._flight:
             self.distance, self.height, self.landed = self._flight.position(point + size)
-
-    def _air(self) -> Air:
-        radius = 0.5 * self.ball_diameter
-        k = 0.5 * self.air_density * pi * radius * radius / self.m_ball
-        reynolds = self.ball_diameter / self.kinematic_viscosity * 1e-5  # R / v
-        # Topspin has the lift of backspin downwards.
-        upwards = k * ((self.backspin > 0.0) - (self.backspin < 0.0))
-        drag = [k * getattr(self, f"drag_{term}") for term in _TERMS]
-        lift = [upwards * getattr(self, f"lift_{term}") for term in _TERMS]
-        drag[3] *= reynolds
-        lift[3] /= reynolds**2
-        return Air(
-            tuple(drag),
-            tuple(lift),
-            decay=self.spin_decay / radius,
-            gravity=self.gravity,
-            limit=self.spin_ratio_limit,
-            wind=self.wind_speed / log(1.0 + 10.0 / _ROUGHNESS),
-            surface_speed=radius * abs(self.backspin),
-        )

@@ -9,20 +9,14 @@ from ..values import Refusal
 from ..variables import Variable
 
 #: It changes with the layout of a state.
-_VERSION = "golf-impact companion 6"
-
-#: Values by the names of their attributes.
-State = dict[str, Any]
+_VERSION = "golf-impact companion 7"
 
 
 class Companion(FmiComponent):
     """A component whose variables are its attributes.
 
-    `_begin` uses the parameters, `_step` takes a step; both may return why they can't.
-
-    Args:
-        rows: the fields of a `Variable`, of each variable.
-        report: called with a `Refusal` whenever something is refused.
+    `_begin` uses the parameters, `_step` takes a step; both may return why they can't. `rows` are
+    the fields of a `Variable`, of each variable; `report` is that of `FmiComponent`.
     """
 
     #: Attributes of the state beside the variables, and the classes in them.
@@ -60,6 +54,10 @@ class Companion(FmiComponent):
         rows = [(n, self._rows.get((type_, n))) for n in references]
         return [self._value(row) if row else self.unknown(n, type_) for n, row in rows]
 
+    def values(self) -> dict[str, Any]:
+        """Of all variables at this instant."""
+        return {row.name: self._value(row) for row in self._rows.values()}
+
     def step(self, point: float, size: float) -> bool:
         """One communication step from the host's communication point on, both in s.
 
@@ -78,11 +76,11 @@ class Companion(FmiComponent):
     def _step(self, point: float, size: float) -> Refusal | None:
         raise NotImplementedError
 
-    def snapshot(self) -> State:
+    def snapshot(self) -> dict[str, Any]:
         """Everything, for `restore` in any instance of this process."""
         return {name: getattr(self, name) for name in self._state_names}
 
-    def restore(self, state: State | None) -> None:
+    def restore(self, state: dict[str, Any] | None) -> None:
         """Go back to a snapshot: the instance is then exactly as it was."""
         if not isinstance(state, dict) or tuple(state) != self._state_names:
             self._refuse_call("FOREIGN_STATE")
@@ -93,12 +91,12 @@ class Companion(FmiComponent):
         self.steps += 1
 
     @staticmethod
-    def packed(state: State | None) -> bytes:
+    def packed(state: dict[str, Any] | None) -> bytes:
         """A snapshot as bytes, for another process; motions are computed again there."""
         return codec.packed(_VERSION, state) if state else b""
 
     @classmethod
-    def unpacked(cls, data: bytes) -> State | None:
+    def unpacked(cls, data: bytes) -> dict[str, Any] | None:
         """The snapshot that became these bytes, or None if they are none of a companion's."""
-        found: State | None = codec.unpacked(_VERSION, data, (Refusal, *cls.classes))
+        found: dict[str, Any] | None = codec.unpacked(_VERSION, data, (Refusal, *cls.classes))
         return found
