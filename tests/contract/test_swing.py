@@ -218,7 +218,7 @@ def test_a_head_that_comes_to_the_ball_at_the_end_of_a_step(companion, size, las
     count = round(0.84 / size)
     # A tenth of the speed backwards, but not in the first step, and the same way back.
     back = [size] * count + [last]
-    forth = (sum(back) - size) / 100.0
+    forth = ((count - 1) * size + last) / 100.0
     swing, time, held = companion("Swing"), 0.0, [0.0]
     for step in [*back, *[forth] * 10]:
         swing.doStep(time, step)
