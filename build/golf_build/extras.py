@@ -8,8 +8,7 @@ import sys
 from pathlib import Path
 from subprocess import list2cmdline
 
-#: The root of a checkout; has no pyproject.toml where golf_build is installed.
-_ROOT = Path(__file__).resolve().parents[2]
+from golf_build.sources import CHECKOUT
 
 
 def install_command(extra: str) -> str:
@@ -19,8 +18,8 @@ def install_command(extra: str) -> str:
     """
     words = [_shown(Path(sys.executable)), "-m", "pip"]
     command = list2cmdline(words) if os.name == "nt" else shlex.join(words)
-    if (_ROOT / "pyproject.toml").is_file():
-        return f'{command} install -e "{_shown(_ROOT)}[{extra}]"'
+    if CHECKOUT:
+        return f'{command} install -e "{_shown(CHECKOUT)}[{extra}]"'
     of_extra = re.compile(rf"\bextra\s*==\s*['\"]{extra}['\"]")
     declared = (line.partition(";") for line in importlib.metadata.requires("golf-impact") or ())
     packages = (f'"{name.strip()}"' for name, _, marker in declared if of_extra.search(marker))

@@ -285,7 +285,7 @@ def compiled(command: list[str], sources: dict[str, bytes], out: str, what: str)
         if done.returncode:
             errors = (line for line in done.stderr.splitlines() if "error" in line)
             why = next(errors, "without a message")
-            raise UserError(f"--native: {command[0]} fails on {what}: {why}")
+            raise UserError(f"{command[0]} fails on {what}: {why}")
         return (folder / out).read_bytes()
 
 

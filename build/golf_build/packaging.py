@@ -1,14 +1,15 @@
 """Packages FMUs with pythonfmu, completely and reproducibly.
 
 pythonfmu 0.7.0 writes a random GUID and the time of day; its modelDescription.xml lacks units,
-ranges and initial unknowns, and has 16 digits of a start value. Modules are found by name, so that
-a second build in the same process would silently run the code of the first one; here the names of
-an FMU's modules contain the digest of its sources.
+ranges and initial unknowns, and has 16 digits of a start value. Its runtime finds modules by name:
+here the names of an FMU's modules contain the digest of its sources, so that a process that loads
+an older and a newer FMU runs the code of each.
 """
 
 import hashlib
 import importlib.metadata
 import re
+import subprocess
 import sys
 import uuid
 from collections.abc import Iterable, Iterator, Mapping
@@ -23,12 +24,10 @@ from golf_physics.variables import Variable
 
 from golf_build.archive import SUMS, checksums, scratch, unpack, write_archive
 from golf_build.description import model_description, render
-from golf_build.sources import PHYSICS, fmu_source
+from golf_build.errors import UserError
+from golf_build.sources import PHYSICS, fmu_source, project_license
 
 HERE = Path(__file__).resolve().parent
-
-#: What ClubBallImpact doesn't need of golf_physics.
-_APART = "companions/", "instance.py"
 
 #: Files of FMUs, as they are.
 _CONTENTS = HERE / "contents"
@@ -199,36 +198,23 @@ def _read(sources: Iterable[str]) -> dict[str, bytes]:
         inside = place.rglob("*.py") if place.is_dir() else [place]
         files |= {file.relative_to(root).as_posix(): file.read_bytes() for file in inside}
         if place == PHYSICS:
-            files = {name: data for name, data in files.items() if not name.startswith(_APART)}
+            # ClubBallImpact doesn't need them.
+            files = {name: files[name] for name in files if not name.startswith("companions/")}
     return files
-
-
-def project_license() -> bytes:
-    """The licence of the project; inside this package where it is installed."""
-    places = (HERE / "LICENSE", HERE.parents[1] / "LICENSE")
-    return next(file for file in places if file.exists()).read_bytes()
 
 
 @contextmanager
 def packaged(module: str, script: bytes, beside: dict[str, bytes]) -> Iterator[Path]:
-    """Package an FMU with pythonfmu, for the time of a `with` block.
+    """Package an FMU by the command of pythonfmu, for the time of a `with` block.
 
     `script` is the source of the module with the class; `beside` has further sources by path.
+    UserError: the command fails, since a module can't be imported, for instance.
     """
-    # Imported here, since it is slow and most commands don't build.
-    build_fmu = importlib.import_module(f"{RUNTIME}.builder").FmuBuilder.build_FMU
-    path, modules = list(sys.path), set(sys.modules)
+    tops = sorted({name.partition("/")[0] for name in beside})
+    command = [sys.executable, "-m", RUNTIME, "build", "-f", f"{module}.py", "-d", "made", *tops]
     with scratch({f"{module}.py": script, **beside}) as folder:
-        tops = sorted({name.partition("/")[0] for name in beside})
-        try:
-            yield build_fmu(
-                folder / f"{module}.py",
-                dest=folder / "packaged",
-                project_files=[folder / name for name in tops],
-            )
-        finally:
-            sys.path[:] = path
-            ours = {module, *(name.removesuffix(".py") for name in tops)}
-            for name in set(sys.modules) - modules:
-                if name.partition(".")[0] in ours:
-                    del sys.modules[name]
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+        if done.returncode:
+            why = done.stderr.strip().rpartition("\n")[2]
+            raise UserError(f"{RUNTIME} can't package {module}.py: {why}")
+        yield next((folder / "made").iterdir())

@@ -8,15 +8,10 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-# Imported before an FMU imports its own copy, which lacks the binaries to build another FMU with.
-import pythonfmu.builder  # noqa: F401
-
 from golf_build import archive, native, packaging, system
 from golf_build.fmi2 import BUILDER as FMI2
+from golf_build.sources import CHECKOUT
 from golf_impact.data.errors import UnavailableError, UserError, unknown_name
-
-#: build/ in a checkout; has no build_fmu.py where golf_build is installed.
-_CHECKOUT = packaging.HERE.parent
 
 
 def builder_of(name: str = "ClubBallImpact", fmi: int = 2) -> packaging.Builder:
@@ -37,8 +32,8 @@ def builder_of(name: str = "ClubBallImpact", fmi: int = 2) -> packaging.Builder:
 def default_path(builder: packaging.Builder | system.System) -> Path:
     """In build/ of a checkout; else in the user's cache folder, below the digest of the sources."""
     name = f"{builder.name}{builder.suffix}"
-    if (_CHECKOUT / "build_fmu.py").is_file():
-        return _CHECKOUT / name
+    if CHECKOUT:
+        return CHECKOUT / "build" / name
     import platformdirs
 
     cache = platformdirs.user_cache_path("golf-impact")

@@ -9,13 +9,12 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from golf_build.sources import CHECKOUT
 from golf_impact.data.errors import UnavailableError, UserError, unknown_name
 from golf_impact.report.results import Result, plotting
 
-_PACKAGE = Path(__file__).resolve().parents[1]
-
-#: Their folder: beside golf_impact in a checkout, inside it where it is installed.
-FOLDER = _PACKAGE / "scripts" if (_PACKAGE / "scripts").is_dir() else _PACKAGE.parent
+#: Their folder: in a checkout beside golf_impact, inside it where it is installed.
+FOLDER = CHECKOUT / "scenarios" if CHECKOUT else Path(__file__).resolve().parents[1] / "scripts"
 
 #: The scenarios of the report, in its order.
 SCENARIOS = (
