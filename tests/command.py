@@ -17,11 +17,7 @@ ROOT = Path(__file__).resolve().parent.parent
 #: All documents of a checkout, but for the changelog.
 DOCUMENTS = (
     *(ROOT / name for name in ("README.md", ".github/CONTRIBUTING.md", "build/README.md")),
-    *(
-        path
-        for name in ("fmu_src", "scenarios", "tests")
-        for path in (ROOT / name).rglob("README.md")
-    ),
+    *(p for name in ("fmu_src", "scenarios", "tests") for p in (ROOT / name).rglob("README.md")),
 )
 COMMAND = Path(sys.executable).with_name("golf-impact")
 
@@ -70,17 +66,10 @@ def run_python(program, *arguments, **options):
     return run(sys.executable, "-c", program, *arguments, env=env, **options)
 
 
-def golf(*arguments, cwd=None, env=None, program=(COMMAND,), code=None, **options):
+def golf(*arguments, env=None, program=(COMMAND,), code=None, **options):
     """Run the command as a user does, in a subprocess; it must end with this exit code, if any."""
-    done = subprocess.run(
-        [*program, *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        cwd=cwd,
-        env={**os.environ, **(env or {})},
-        **options,
-    )
-    return ended(done, code)
+    options = {"timeout": None, "env": {**os.environ, **(env or {})}, **options}
+    return run(*program, *arguments, code=code, **options)
 
 
 def interruptible():

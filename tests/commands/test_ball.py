@@ -99,16 +99,9 @@ def test_a_value_with_a_unit(text, unit, value):
     assert si_value(text, unit) == pytest.approx(value, rel=1e-15)
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        *((text, "m/s, mph, km/h|not a number") for text in ("95 knots", "5 kg", "5e", "mph")),
-        ("1,5", r"write 1\.5,"),
-        ("-,5 mph", r"write -\.5 mph,"),
-    ],
-)
-def test_what_is_no_value(text, words):
-    with pytest.raises(ValueError, match=words):
+@pytest.mark.parametrize("text", ["95 knots", "5 kg", "5e", "mph"])
+def test_what_is_no_value(text):
+    with pytest.raises(ValueError, match=r"m/s, mph, km/h|not a number"):
         si_value(text, "m/s")
 
 

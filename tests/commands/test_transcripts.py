@@ -3,10 +3,12 @@
 Blocks ```console have commands (`$ …`) and what each prints: stdout, then stderr. `…` stands for
 any text, in a line of its own for any lines. A block has a fresh folder, with the files that stand
 above it (```toml NAME, ```python NAME). A last line such as [1] is the exit code, unless that is
-0, or 2 with a line "Error: ". golf-impact runs in this process, other commands in a shell.
+0, or 2 with a line "Error: ". golf-impact at the beginning of a line runs in this process, other
+commands in a shell.
 `pytest --update tests/commands/test_transcripts.py` writes what is printed: read the diff.
 """
 
+import os
 import re
 import shlex
 import subprocess
@@ -15,7 +17,7 @@ from pathlib import Path
 
 import pytest
 import readmes
-from command import DOCUMENTS, ROOT, contents, golf_here
+from command import COMMAND, DOCUMENTS, ROOT, contents, golf_here
 
 FOLDER = Path(__file__).parent / "transcripts"
 BLOCK = re.compile(r"^```(\w+)(?: (\S+))?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -41,8 +43,9 @@ def printed(line, folder):
     if Path(program).name == "golf-impact":
         done = golf_here(*words, cwd=folder)
     else:
+        path = os.pathsep.join((str(COMMAND.parent), os.environ["PATH"]))
         options = {"shell": True, "capture_output": True, "text": True, "cwd": folder}
-        done = subprocess.run(line, **options)
+        done = subprocess.run(line, **options, env=os.environ | {"PATH": path})
     text = (done.stdout + done.stderr).replace(f"{folder}/", "")
     lines = [line.rstrip() for line in text.splitlines()]
     if any(line.startswith("Error: ") for line in lines):
