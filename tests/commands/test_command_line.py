@@ -26,7 +26,7 @@ from command import (
     refused,
     run_python,
 )
-from conftest import repeated, some
+from conftest import repeated
 
 from golf_build.archive import SUMS, unpack, write_archive
 from golf_impact.commands.app import app

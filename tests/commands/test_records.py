@@ -210,7 +210,11 @@ REFUSED = [
         "",
         "count once",
     ),
-    ("--measured cor=0.7 --measured contact_time=6e-4 --exponent free", "", "determine k, b, exponent"),
+    (
+        "--measured cor=0.7 --measured contact_time=6e-4 --exponent free",
+        "",
+        "determine k, b, exponent",
+    ),
     ("", "", "--measured cor=0.743"),
     ("--measured cor=0.7 --measured contact_time=6e-4 --m-club 210", "", "0.21 for 210 g"),
     ("--fix m_club=1", "", "fix m_club is refused"),
