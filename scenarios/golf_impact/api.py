@@ -192,9 +192,9 @@ def run_trajectory(
             why = "it is that of a communication step; use points"
             raise refused("mean_force", None, why, "mean_force with times")
     rising, places = np.unique(instants, return_inverse=True)
-    samples = engine.run_instants(outputs, numbers, rising)
-    samples = samples[:, places.ravel()].reshape(-1, *instants.shape)
-    return Named({"time": instants, **dict(zip(outputs, samples))})
+    samples = engine.run_instants(outputs, numbers, rising)[:, places.ravel()]
+    paths = {name: row.reshape(instants.shape) for name, row in zip(outputs, samples)}
+    return Named({"time": instants, **paths})
 
 
 def known_names(names: Iterable[str], kind: str = "output") -> tuple[str, ...]:

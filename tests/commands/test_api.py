@@ -150,7 +150,7 @@ def test_values_that_are_no_numbers(run):
         assert caught.value.variable == "k"
 
 
-@pytest.mark.parametrize("run", ["impact", "trajectory", "FMU", "simulate"], indirect=True)
+@pytest.mark.parametrize("run", ["impact", "trajectory", "times", "FMU", "simulate"], indirect=True)
 def test_an_impact_that_is_refused(run, impact):
     """By the first of its values; simulate_fmu itself returns the rows before a refused step."""
     for values in (

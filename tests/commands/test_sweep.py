@@ -74,8 +74,14 @@ def test_samples(method):
     assert (samples(4)[0] != k).all()
 
 
-# Contents
+def test_arguments_that_are_refused():
+    sets = {"k": "normal:1e6:1"}
+    for wrong in ({"samples": 2.5}, {"samples": 3, "seed": 1.5}, {"samples": 3, "method": ["lhs"]}):
+        with pytest.raises(golf_impact.UserError):
+            golf_impact.sweep(sets, **wrong)
 
+
+# Contents
 
 CASES = {
     "law 1": {"k": "0.5e6:2e6:7", "b": "0,9,300", "club_speed": "20,50,-1"},

@@ -46,9 +46,8 @@ def unknown_name(kind: str, name: Any, known: Collection[str], also: str = "") -
 
 
 def _initials(name: str) -> str:
-    """Such as cor, of coefficient_of_restitution; empty of a single word."""
-    words = name.split("_")
-    return "".join(word[:1] for word in words) if len(words) > 1 else ""
+    """Of several words: cor of coefficient_of_restitution."""
+    return "".join(word[:1] for word in name.split("_")) if "_" in name else name
 
 
 def missing_package(what: str, package: str, extra: str, otherwise: str = "") -> UserError:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
-from math import prod
+from math import inf, prod
+from numbers import Integral
 from typing import Any
 
 import numpy as np
@@ -93,6 +94,10 @@ def _is_random(axis: Axis) -> bool:
     return hasattr(axis, "ppf")
 
 
+def _is_whole(number: Any, low: int, high: float) -> bool:
+    return isinstance(number, Integral) and low <= int(number) <= high
+
+
 def varies(values: np.ndarray) -> bool:
     """Whether some are finite and differ by more than rounding."""
     values = values[np.isfinite(values)]
@@ -129,17 +134,17 @@ class Design:
         self.grid = {name: axis for name, axis in self.axes.items() if not _is_random(axis)}
         self.distributions = {name: axis for name, axis in self.axes.items() if _is_random(axis)}
         self.balls = {name: ball(name) for name in self.grid.get("ball", ())}
-        self.shape = (*map(len, self.grid.values()), 1 if samples is None else samples)
-        self.cases = prod(self.shape)
         if not self.axes:
             raise UserError("nothing is swept: give NAME=LO:HI:COUNT, e.g. k=0.5e6:2e6:100")
-        if method not in _METHODS:
+        if method not in [*_METHODS]:
             raise unknown_name("method", method, _METHODS)
-        if not 0 <= seed < 2**32:
-            raise refused("seed", seed, "it must be between 0 and 4,294,967,295")
-        if (samples or 0) < 1 if self.distributions else samples is not None:
+        if not _is_whole(seed, 0, 2**32 - 1):
+            raise refused("seed", seed, "it must be a whole number of 0 to 4,294,967,295")
+        if not _is_whole(samples, 1, inf) if self.distributions else samples is not None:
             why = "distributions need a number of samples (--samples N), a grid has none"
             raise UserError(why, "samples", samples, why)
+        self.shape = (*map(len, self.grid.values()), int(samples or 1))
+        self.cases = prod(self.shape)
         if self.cases > 10**9:
             raise UserError(f"{self.cases:,} cases are refused: at most 1,000,000,000")
         self._samples: dict[str, np.ndarray] = {}
