@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from math import prod
-from numbers import Integral
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -176,11 +175,8 @@ def run_trajectory(
     """
     outputs, numbers = known_names(outputs, "Real output"), _numbers(values)
     if times is None:
-        if not isinstance(points, Integral) or points < 2:
-            why = "it must be a whole number of at least 2"
-            raise refused("points", points, why)
         touch, contact = run_impact(("touch_time", "contact_time"), **numbers).values()
-        instants = instants_of(numbers, touch, contact, int(points))
+        instants = instants_of(numbers, touch, contact, points)
     else:
         instants = np.asarray(_array("times", times))
         accepted = (instants >= 0.0) & (instants <= _LATEST)

@@ -102,7 +102,8 @@ def impact(fmu_path):
         yield impact
 
 
-#: Functions with outputs and values as arguments.
+#: Functions with outputs and values as arguments, and those of an FMU.
+FMU = ("FMU", "FMU, trajectory", "FMU, simulate")
 RUNS = {
     "impact": golf_impact.run_impact,
     "impacts": golf_impact.run_impacts,
@@ -110,19 +111,21 @@ RUNS = {
     "times": partial(golf_impact.run_trajectory, times=[1e-4]),
     "sensitivities": golf_impact.sensitivities,
     "sweep": lambda outputs=("impulse",), **sets: golf_impact.sweep({"k": 1e6, **sets}, outputs),
-    "FMU": None,
 }
 
 
 @pytest.fixture
 def run(request, impact):
-    """One of these, or `simulate`, which has other arguments."""
-    if request.param == "simulate":
-        return lambda **values: impact.simulate(start_values=values)
-    return RUNS[request.param] or impact
+    """One of these."""
+    return {
+        **RUNS,
+        "FMU": impact,
+        "FMU, trajectory": impact.trajectory,
+        "FMU, simulate": lambda **values: impact.simulate(start_values=values),
+    }[request.param]
 
 
-each = pytest.mark.parametrize("run", [*RUNS], indirect=True)
+each = pytest.mark.parametrize("run", [*RUNS, *FMU[:2]], indirect=True)
 
 
 @each
@@ -150,7 +153,7 @@ def test_values_that_are_no_numbers(run):
         assert caught.value.variable == "k"
 
 
-@pytest.mark.parametrize("run", ["impact", "trajectory", "times", "FMU", "simulate"], indirect=True)
+@pytest.mark.parametrize("run", ["impact", "trajectory", "times", *FMU], indirect=True)
 def test_an_impact_that_is_refused(run, impact):
     """By the first of its values; simulate_fmu itself returns the rows before a refused step."""
     for values in (

@@ -143,7 +143,6 @@ def test_instants_in_any_order():
     [
         ({"times": [-1e-9]}, "times = -1e-09 is refused: each must be a number of 0 to 1e"),
         ({"times": [1.0000001e100]}, "0 to 1e"),
-        *(({"points": n}, rf"points = {n} is refused: .* at least 2") for n in (1, 2.5)),
         ({"times": "soon"}, "times = 'soon' is refused"),
         ({"times": [0.0], "outputs": ["mean_force"]}, "use points"),
         ({"times": [1.0], "law": 2, "restitution_at_rest": 0.1, "restitution_slope": 1.0}, "touch"),
@@ -155,6 +154,13 @@ def test_trajectories_that_are_refused(arguments, message):
     assert caught.value.reason
     assert caught.value.variable
     assert len(golf_impact.run_trajectory(points=2)["time"]) == 2
+
+
+def test_a_number_of_points_that_is_refused(way_of):
+    for run in (golf_impact.run_trajectory, way_of("Impact").function.trajectory):
+        for points in (1, 2.5):
+            with pytest.raises(golf_impact.UserError, match=rf"^points = {points} .* at least 2"):
+                run(points)
 
 
 # The module, and wasmtime

@@ -2,13 +2,14 @@
 
 import math
 from collections.abc import Mapping
+from numbers import Integral
 from typing import Any, Generic, TypeVar
 
 import numpy as np
 from golf_physics.values import SLOWEST
 
 from golf_build import BY_NAME
-from golf_impact.data.errors import unknown_name
+from golf_impact.data.errors import refused, unknown_name
 from golf_impact.data.quantities import START
 
 #: A communication step (s) that is longer than any contact in golf; results don't depend on it.
@@ -89,11 +90,16 @@ def instants_of(values: Mapping[str, float], touch: float, contact: float, point
         touch: when it begins, s; NaN without a contact.
         contact: the contact time, s; NaN if it doesn't end: then while it develops.
         points: number of instants.
+
+    Raises:
+        UserError: `points` isn't a number of at least 2.
     """
+    if not isinstance(points, Integral) or points < 2:
+        raise refused("points", points, "it must be a whole number of at least 2")
     touch = 0.0 if math.isnan(touch) else touch
     contact = 10.0 * half_period(values) if math.isnan(contact) else contact
     margin = 0.1 * contact
-    return np.linspace(max(0.0, touch - margin), touch + contact + margin, points)
+    return np.linspace(max(0.0, touch - margin), touch + contact + margin, int(points))
 
 
 class ImpactArrays(Named[np.ndarray]):

@@ -212,6 +212,9 @@ class Fmu:
 
     def read_flag(self, name: str) -> bool:
         """Value of a Boolean output at this communication point."""
+        if name not in self.variables or self.variables[name].type != "Boolean":
+            flags = [one for one, variable in self.variables.items() if variable.type == "Boolean"]
+            raise unknown_name("Boolean output", name, flags)
         return bool(self.instance.getBoolean([self.references[name]])[0])
 
     def _numbers(self, values: Mapping[str, Any]) -> dict[str, float]:
@@ -289,24 +292,25 @@ class Impact(Fmu):
         return results
 
     def trajectory(
-        self, points: int = 301, names: Sequence[str] = PATH, **values: float | str
+        self, points: int = 301, outputs: Iterable[str] = PATH, **values: float | str
     ) -> Named[np.ndarray]:
-        """Sample an impact; see `golf_impact.run_trajectory`, whose outputs are `names`."""
+        """Sample an impact; see `golf_impact.run_trajectory`."""
         numbers = self._numbers(values)
         touch, contact = self(("touch_time", "contact_time"), **numbers).values()
         times = instants_of(numbers, touch, contact, points)
         self._start(numbers)
         if times[0]:
             self.step(0.0, times[0])
-        return Named({"time": times, **self.sample(times, names)})
+        return Named({"time": times, **self.sample(times, outputs)})
 
-    def sample(self, times: np.ndarray, names: Sequence[str]) -> dict[str, np.ndarray]:
+    def sample(self, times: np.ndarray, names: Iterable[str]) -> dict[str, np.ndarray]:
         """Record Real outputs (SI units) by name at these times (s), the first of which is now."""
-        rows = [list(self.read(names).values())]
+        first = self.read(names)
+        rows = [list(first.values())]
         for before, time in pairwise(times):
             self.step(before, time - before)
-            rows.append(list(self.read(names).values()))
-        return dict(zip(names, np.array(rows).T.copy(), strict=True))
+            rows.append(list(self.read(first).values()))
+        return dict(zip(first, np.array(rows).T.copy(), strict=True))
 
     def many(self, outputs: Sequence[str], **columns: ArrayLike) -> ImpactArrays:
         """Compute impacts one after another; see `golf_impact.run_impacts`.
