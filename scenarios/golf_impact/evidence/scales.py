@@ -60,7 +60,7 @@ class Scales:
         if after:
             v_club, v_ball = (abs(float(after[f"{body}_velocity"])) for body in ("club", "ball"))
             speed, most = max(speed, v_club + v_ball), max(energy, float(after["kinetic_energy"]))
-        self._table = {
+        self._table: dict[str, float] = {
             **dict.fromkeys(("club_velocity", "ball_velocity"), speed),
             "smash_factor": speed / abs(u_club) if u_club else 1.0,
             "coefficient_of_restitution": speed / (abs(u_club - u_ball) or 1.0),
