@@ -6,9 +6,8 @@ in a time of its own; the host's time follows by quadrature. SI units. Nothing i
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import cache, cached_property
-from itertools import chain, count, islice, pairwise, takewhile, tee
-from operator import itemgetter
+from functools import cache
+from itertools import chain, count, islice, pairwise, takewhile
 from typing import Any, NamedTuple
 
 import mpmath
@@ -56,9 +55,9 @@ class _Sum:
         """
         real = [s for s, _ in self.terms if not mp.im(s)]
         if not real and self.terms:
-            s, c = self.terms[0]
-            angle = mp.sign(mp.im(s)) * (mp.pi / 2 - mp.arg(c)) % mp.pi
-            zeros = ((angle + n * mp.pi) / abs(mp.im(s)) for n in count())
+            s, c = max(self.terms, key=lambda term: mp.im(term[0]))
+            first = (mp.pi / 2 - mp.arg(c)) % mp.pi
+            zeros = ((first + n * mp.pi) / mp.im(s) for n in count())
             yield from (t for t in zeros if t > self.soon)
         elif len(self.terms) > 1:
             end = self._settled()
@@ -78,22 +77,16 @@ class _Sum:
         return mp.inf
 
     def _root(self, left: Real, right: Real) -> Real:
-        scale, width = self(right), right - left
-        while self(left + width) / scale > 0:
-            width /= 2
-        bracket, tolerance = (left + width, left + 2 * width), mp.mpf(10) ** -60 * right
-        return _root(lambda t: self(t) / scale, bracket, tol=tolerance)
+        scale, middle = self(right), (left + right) / 2
+        while self(middle) / scale > 0:
+            right, middle = middle, (left + middle) / 2
+        return _root(lambda t: self(t) / scale, (middle, right), tol=mp.mpf(10) ** -60 * right)
 
-    def largest(self, t: Real) -> tuple[Real, Real]:
-        """The largest value on [0, t] and when that is; the first one if there are two."""
-        self._extrema, extrema = tee(self._extrema)
-        times = (mp.zero, *takewhile(lambda zero: zero < t, extrema), t)
-        return max(((self(time), time) for time in times), key=itemgetter(0))
-
-    @cached_property
-    def _extrema(self) -> Iterator[Real]:
+    def time_of_largest(self, t: Real) -> Real:
+        """When it is largest on [0, t]; first, if it is so twice."""
         # Later maxima of a decaying oscillation are lower than the first few.
-        return islice(self.less(0).zeros(), 60)
+        extrema = islice(takewhile(lambda zero: zero < t, self.less(0).zeros()), 60)
+        return max((mp.zero, *extrema, t), key=self)
 
 
 def _root(function: Any, bracket: tuple[Real, Real], **options: Any) -> Real:
@@ -137,7 +130,8 @@ class _LinearContact:
 
     def maxima(self, t: Real) -> tuple[Real, ...]:
         """The largest force so far, its time, and the largest compression."""
-        return *self.force.largest(t), self.d.largest(t)[0]
+        peak, deepest = self.force.time_of_largest(t), self.d.time_of_largest(t)
+        return self.force(peak), peak, self.d(deepest)
 
 
 class _PowerLawContact:
@@ -145,17 +139,16 @@ class _PowerLawContact:
 
     Velocities are those of a linear contact with k = μ in a time σ. Its compression over the
     approach speed is x = (d/length)^m, m = (n + 1)/2, and dt = x^-P dσ/ω, P = (n - 1)/(n + 1).
-    Without damping x is 0 at the end, where its sign is rounding.
     """
 
     def __init__(self, v: Mapping[str, Real], state: Sequence[Real]) -> None:
-        n, length, (_, v_club, v_ball) = v["exponent"], v["reference_compression"], state
+        n, length, closing = v["exponent"], v["reference_compression"], state[1] - state[2]
         self.m, self.power, mu = (n + 1) / 2, (n - 1) / (n + 1), reduced_mass(v)
-        omega, closing = mp.sqrt(self.m * v["k"] / mu), v_club - v_ball
+        omega = mp.sqrt(self.m * v["k"] / mu)
         self.zeta, self.closing = v["b"] / (2 * mu * omega), closing
         self.length = length * (self.m * closing / (length * omega)) ** (1 / self.m)
         self.omega, self.share = self.m * closing / self.length, mu / v["m_ball"]
-        self.drift = v_ball + self.share * closing
+        self.drift = state[2] + self.share * closing  # of the centre of mass
         self.linear = linear = _LinearContact({**v, "k": mu, "b": 2 * self.zeta * mu}, state)
         self.end, slope = linear.duration, linear.force.less(0)
 
@@ -163,18 +156,17 @@ class _PowerLawContact:
             closer = linear.v_club(x) - linear.v_ball(x)
             return self.power * closer * linear.force(x) + linear.d(x) * slope(x)
 
-        # Without damping the second half mirrors the first, and `rise` is 0 at the end, too.
-        first = (self.end * mp.mpf(10) ** -30, self.end)
-        self.peak = _root(rise, first) if self.zeta else self.end / 2
+        # The largest compression is at half the end, the largest force not later.
+        self.peak = _root(rise, (self.end * mp.mpf(10) ** -30, self.end * 3 / 4))
         self.duration, self._sigma = self._time(self.end), cache(self._sigma_at)
 
     def _time(self, sigma: Real) -> Real:
         """From touch on: σ = z^m removes the singularity there."""
-        if not self.zeta and 2 * sigma > self.end:
+        if not self.zeta and 2 * sigma > self.end:  # the second half mirrors the first
             return 2 * self._time(self.end / 2) - self._time(self.end - sigma)
-        cuts = [min(sigma, 1 / max(1, self.zeta))]
-        while cuts[-1] < sigma:
-            cuts.append(min(2 * cuts[-1], sigma))
+        cuts = [sigma]
+        while cuts[-1] * max(1, self.zeta) > 1:
+            cuts.append(cuts[-1] / 2)
 
         def integrand(z: Real) -> Real:
             with mp.workdps(80):
@@ -183,29 +175,31 @@ class _PowerLawContact:
                 return self.m * ratio**-self.power
 
         with mp.workdps(32):
-            return mp.quad(integrand, [0, *(cut ** (1 / self.m) for cut in cuts)]) / self.omega
+            return mp.quad(integrand, [0, *(c ** (1 / self.m) for c in cuts[::-1])]) / self.omega
 
     def _sigma_at(self, t: Real) -> Real:
         if t >= self.duration:
             return self.end
         return _root(lambda x: self._time(x) / t - 1, (mp.zero, self.end), tol=1e-28)
 
-    def _force(self, sigma: Real) -> Real:
+    def _compression_and_force(self, sigma: Real) -> tuple[Real, Real]:
+        # At the end of an undamped contact x is 0, and its sign is rounding.
         x = abs(self.linear.d(sigma)) / self.closing
-        return self.omega * x**self.power * self.linear.force(sigma)
+        force = self.omega * x**self.power * self.linear.force(sigma)
+        return self.length * x ** (1 / self.m), force
 
     def at(self, t: Real) -> tuple[Real, ...]:
         """As of a linear contact."""
         sigma = self._sigma(t)
-        x, v_club, v_ball, _, _, impulse = self.linear.at(sigma)
-        d = self.length * (abs(x) / self.closing) ** (1 / self.m)
-        return d, v_club, v_ball, self.drift * t - self.share * d, self._force(sigma), impulse
+        _, v_club, v_ball, _, _, impulse = self.linear.at(sigma)
+        d, force = self._compression_and_force(sigma)
+        return d, v_club, v_ball, self.drift * t - self.share * d, force, impulse
 
     def maxima(self, t: Real) -> tuple[Real, ...]:
         """As of a linear contact."""
-        sigma = self._sigma(t)
-        peak, x = min(sigma, self.peak), self.linear.d.largest(sigma)[0] / self.closing
-        return self._force(peak), self._time(peak), self.length * x ** (1 / self.m)
+        peak, deepest = (min(self._sigma(t), x) for x in (self.peak, self.end / 2))
+        force, compression = (self._compression_and_force(x) for x in (peak, deepest))
+        return force[1], self._time(peak), compression[0]
 
 
 def restitution(zeta: Real) -> Real:
