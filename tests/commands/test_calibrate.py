@@ -21,6 +21,7 @@ from golf_impact.data.balls import BALLS
 from golf_impact.data.errors import UserError
 from golf_impact.data.measured import MPH
 from golf_impact.studies.calibrate.calibration import Calibration
+from golf_impact.studies.calibrate.fit import Problem
 from golf_impact.studies.calibrate.measurements import measurements
 from golf_impact.studies.intervals import result_intervals
 
@@ -73,7 +74,7 @@ def fitted(curve=None, *, exponent=1.0, fix=None, **given):
     """As `calibrate`, but not compared with other laws."""
     data = measurements(given, curve=curve, baseline=given.pop("baseline", ""))
     fixed = {} if exponent == "free" else {"exponent": exponent}
-    return Calibration(data, {**fixed, **(fix or {})}, alone=True)
+    return Calibration(Problem(data, {**fixed, **(fix or {})}))
 
 
 def assert_found(found, true=BALL):
@@ -477,7 +478,7 @@ def test_balls_of_earlier_versions(tmp_path):
 
 @pytest.mark.parametrize(
     ("option", "words"),
-    [("--cor 0.8", "--cor is --measured cor=0.8 now"), ("--max-force 6kN", "max_force=6kN now"),
+    [("--cor 0.8", "--cor is gone: give --measured cor=…"), ("--max-force 6kN", "max_force=…"),
      ("--law 1", "--law is gone"), ("--predict 40", "--predict is gone"), ("--profile", "is gone")],
 )  # fmt: skip
 def test_options_that_were(option, words):

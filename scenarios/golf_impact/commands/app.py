@@ -82,6 +82,9 @@ def one_line(arguments: list[str]) -> int:
             words = error.format_message().rstrip(".")
             if context := getattr(error, "ctx", None):
                 words += f" (see {context.command_path} --help)"
+                former = calibrate.FORMER if context.info_name == "calibrate" else {}
+                if (option := getattr(error, "option_name", "")) in former:
+                    words = f"{option} is gone: {former[option]}"
         else:
             raise
         warn(f"Error: {' '.join(words.split())}", style="red")

@@ -6,7 +6,6 @@ from typer import Option
 from golf_impact.commands.bench import Out
 from golf_impact.commands.console import RESULTS, out, print_table, progress, say
 from golf_impact.commands.options import pairs_of
-from golf_impact.data.errors import UserError
 
 EPILOG = (
     "Examples: golf-impact calibrate --curve force.csv@95mph --m-club 200g · golf-impact "
@@ -40,18 +39,20 @@ _File = Path | None
 _Value = str | None
 _Values = list[str] | None
 
-#: Options that were: their values are given with --measured now, or what takes their place.
-_Old = Annotated[_Value, Option(hidden=True)]
-_MOVED = (
-    "cor", "contact_time", "ball_speed", "club_speed_after", "max_force", "time_of_max_force"
-)  # fmt: skip
-_GONE = {
-    "law": "law 2 (relative) is fitted, which conserves momentum",
-    "club_force": "a head is free while it meets the ball",
-    "reference_compression": "k and b hold at 0.005 m",
-    "csv": "give each value as --measured NAME=VALUE±σ",
-    "predict": "results at 30, 40 and 50 m/s are printed; others by golf-impact run --ball FILE",
-    "profile": "intervals of few rows follow from the rise of χ² without an option",
+#: Options that were, and what takes their place.
+FORMER = {
+    "--cor": "give --measured cor=…",
+    "--contact-time": "give --measured contact_time=…",
+    "--ball-speed": "give --measured ball_speed=…",
+    "--club-speed-after": "give --measured club_speed_after=…",
+    "--max-force": "give --measured max_force=…",
+    "--time-of-max-force": "give --measured time_of_max_force=…",
+    "--csv": "give --measured NAME=VALUE±σ for each value",
+    "--law": "law 2 (relative) is fitted, which conserves momentum",
+    "--club-force": "a head is free while it meets the ball",
+    "--reference-compression": "k and b hold at 0.005 m",
+    "--predict": "30, 40 and 50 m/s are printed; other speeds by golf-impact run --ball FILE",
+    "--profile": "intervals of few rows follow from the rise of χ² without an option",
 }
 
 
@@ -72,18 +73,6 @@ def calibrate(
     save: Annotated[_File, Option(metavar="FILE.toml", help=_SAVE)] = None,
     folder: Out = RESULTS,
     figures: Annotated[bool, Option(help="Draw the figure.")] = True,
-    cor: _Old = None,
-    contact_time: _Old = None,
-    ball_speed: _Old = None,
-    club_speed_after: _Old = None,
-    max_force: _Old = None,
-    time_of_max_force: _Old = None,
-    law: _Old = None,
-    club_force: _Old = None,
-    reference_compression: _Old = None,
-    csv: _Old = None,
-    predict: _Old = None,
-    profile: Annotated[bool, Option("--profile", hidden=True)] = False,
 ) -> None:
     """Fit the parameters of a ball to measurements of an impact.
 
@@ -98,13 +87,6 @@ def calibrate(
 
     for name in ("save", "folder", "figures", "measured"):
         del values[name]
-    for name in (*_MOVED, *_GONE):
-        if (text := values.pop(name)) is None or text is False:
-            continue
-        option = f"--{name.replace('_', '-')}"
-        if name in _MOVED:
-            raise UserError(f"{option} is --measured {name}={text} now")
-        raise UserError(f"{option} is gone: {_GONE[name]}")
     values |= _pairs(measured, "measured", "cor=0.743±0.005")
     values |= {"fix": _pairs(fix, "fix", "n=1.5"), "prior": _pairs(prior, "prior", "k=8e5±1e4")}
     data, picture = folder / "calibrate.json", folder / "calibrate.png"

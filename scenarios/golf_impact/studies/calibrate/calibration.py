@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -30,8 +30,6 @@ from golf_impact.studies.calibrate.measurements import (
     RESTITUTION,
     TARGETS,
     UNITS,
-    Curve,
-    Measurements,
     compute_scalars,
     inputs,
     measurements,
@@ -42,8 +40,7 @@ from golf_impact.studies.intervals import RANGES, standard_errors
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: Club speeds (m/s) of predictions, and what is predicted there.
-_SPEEDS = np.array([30.0, 40.0, 50.0])
+#: What is predicted.
 _PREDICTED = ("smash_factor", "coefficient_of_restitution", "ball_velocity")
 
 
@@ -87,65 +84,39 @@ class Calibration:
             comes near them.
     """
 
-    def __init__(
-        self,
-        data: Measurements,
-        fixed: Mapping[str, float],
-        progress: Callable[[float, str], object] = lambda percent, title: None,
-        alone: bool = False,
-    ) -> None:
-        self.data = data
-        problem = Problem(data, fixed)
-        self.title, self.exponent = problem.title, fixed.get("exponent")
-        progress(0.0, self.title)
+    speeds = np.array([30.0, 40.0, 50.0])
+    linear: Calibration | None = None
+
+    def __init__(self, problem: Problem) -> None:
+        self.data, self.title = problem.data, problem.title
+        self.exponent = problem.fixed.get("exponent")
+        estimated = self.data.estimated
         with np.errstate(all="ignore"):
             result = problem.minimum()
-            for _ in range(3 if data.estimated else 0):
+            for _ in range(3 if estimated else 0):
                 problem.estimate_sigma(result)
                 if len(problem.parts) == 1:
                     break  # the minimum doesn't depend on the only σ
                 result = problem.solve(result.params)
-            noise = {**problem.sigma}
+            self.sigma = {**problem.sigma}
             self.row_correlations = problem.enlarge_sigma(result)
             result = problem.solve(result.params, near=0.75)
             if ends := at_limits(result):
                 for name, one in ends.items():
                     result.params[name].set(value=one.value, vary=False)
                 result = problem.solve(result.params, near=0.75)
-            self.result = problem.determined(result)
-            names = [name for name in problem.names if name in (*result.var_names, *ends)]
-            freedom = len(result.residual) - len(result.var_names) - len(ends)
-            self.coverage = float(stdtrit(max(1, freedom) if data.estimated else 1e9, 0.975))
+            freedom = result.nfree - len(ends)
+            self.coverage = float(stdtrit(max(1, freedom) if estimated else 1e9, 0.975))
             profiles = problem.profiles(result, self.coverage)
-        self.chance_of_one_stiffness = _chance_of_one_stiffness(problem, result)
-        self._set_estimates(names, ends, profiles)
-        self._set_residuals(problem, noise, freedom)
-        reference = {"reference_compression": REFERENCE_COMPRESSION} if problem.sized else {}
-        self.values = {"law": 2, **reference, **inputs(result.params.valuesdict(), data.impact)}
-        targets = [name for name in TARGETS if problem.sized or name in RESTITUTION]
-        self.predicted = compute_scalars(targets, self.values)
-        self.linear: Calibration | None = None
-        if not alone and self.exponent != 1.0 and data.sized:
-            progress(50.0, "Kelvin–Voigt")
-            with suppress(UserError):  # with too few measurements
-                self.linear = Calibration(data, {**fixed, "exponent": 1.0}, alone=True)
-        self.speeds = _SPEEDS
-        self.predictions: dict[str, Interval] = {}
-        with suppress(UserError):  # a steep line of COR may end below these speeds
-            self.predictions = self.predict(_SPEEDS)
-
-    def _set_estimates(
-        self, names: Sequence[str], ends: Mapping[str, Estimate], profiles: Mapping[str, Any]
-    ) -> None:
-        """Values, errors and intervals of the parameters, and their covariance."""
-        result = self.result
+        self.result = result
+        self.chance_of_one_stiffness = problem.chance_of_one_stiffness(result)
 
         def estimate(name: str, unit: float = 1.0, zero: float = 0.0) -> Estimate:
-            one = result.params[name]
-            value, error = zero + unit * one.value, unit * one.stderr
-            half = self.coverage * error
+            value, error = result.params[name].value, unit * result.params[name].stderr
+            value, half = zero + unit * value, self.coverage * error
             return Estimate(value, error, profiles.get(name, (value - half, value + half)))
 
+        names = [name for name in problem.names if name in (*result.var_names, *ends)]
         self.parameters = {name: ends.get(name) or estimate(name) for name in names}
         self.curves = {
             curve: {
@@ -155,32 +126,46 @@ class Calibration:
             }
             for curve, one in self.data.curves.items()
         }
-        # The row of one at its limit is 0.
-        at = [result.var_names.index(name) if name in result.var_names else -1 for name in names]
-        self.covariance = np.pad(result.covar, (0, 1))[np.ix_(at, at)]
-        errors = np.array([one.standard_error or math.inf for one in self.parameters.values()])
+        self.covariance = self._covariance(names)
+        errors = [one.standard_error or math.inf for one in self.parameters.values()]
         self.correlations = self.covariance / np.outer(errors, errors)
 
-    def _set_residuals(self, problem: Problem, sigma: dict[str, np.ndarray], freedom: int) -> None:
-        """Residuals with the σ of the noise, and the statistics of the fit."""
-        data, problem.sigma, self.sigma = self.data, sigma, sigma
-        rows = problem.residual(self.result.params)
+        problem.sigma = self.sigma  # of the noise, not enlarged
+        rows = problem.residual(result.params)
         self.residuals = problem.split(rows)
         self.chi_squared, self.degrees_of_freedom = float(rows @ rows), freedom
-        tested = freedom > 0 and not data.estimated
+        tested = freedom > 0 and not estimated
         self.probability = chance_of(self.chi_squared, freedom) if tested else None
-        logarithms = sum(float(np.log(one).sum()) for one in sigma.values())
+        logarithms = sum(float(np.log(one).sum()) for one in self.sigma.values())
         self.aic = self.chi_squared + 2.0 * logarithms + 2.0 * (len(rows) - freedom)
         self.rms = {
-            name: math.sqrt(np.mean((self.residuals[name] * sigma[name]) ** 2))
-            for name in data.series
+            name: math.sqrt(np.mean((self.residuals[name] * self.sigma[name]) ** 2))
+            for name in self.data.series
         }
+        reference = {"reference_compression": REFERENCE_COMPRESSION} if problem.sized else {}
+        values = inputs(result.params.valuesdict(), self.data.impact)
+        self.values = {"law": 2, **reference, **values}
+        targets = [name for name in TARGETS if problem.sized or name in RESTITUTION]
+        self.predicted = compute_scalars(targets, self.values)
+        self.predictions: dict[str, Interval] = {}
+        with suppress(UserError):  # a steep line of COR may end below these speeds
+            self.predictions = self.predict(self.speeds)
 
     @property
     def is_exact(self) -> bool:
         """Whether residuals are rounding, of which a comparison of laws would be one."""
         exact = [self.rms[n] < 1e-6 * one.signal.max() for n, one in self.data.series.items()]
         return all([*exact, np.abs(self.residuals.get("targets", 0.0)).max() < 0.01])
+
+    def _uncertain(self, chosen: Collection[str]) -> list[str]:
+        """Those of these names that are parameters with a standard error."""
+        return [name for name in self.parameters if name in {*chosen} & {*self.result.var_names}]
+
+    def _covariance(self, names: Sequence[str]) -> np.ndarray:
+        """Of these parameters; 0 of one at its limit."""
+        free = self.result.var_names
+        at = [free.index(name) if name in free else -1 for name in names]
+        return np.pad(self.result.covar, (0, 1))[np.ix_(at, at)]
 
     def predict(self, club_speeds: float | Sequence[float] | np.ndarray) -> dict[str, Interval]:
         """S, COR and ball speed (m/s) at club speeds (m/s, any shape), with 95 % intervals.
@@ -193,13 +178,13 @@ class Calibration:
         found = run_impacts(_PREDICTED, **values)
         if found.reason:
             raise UserError(found.reason)
-        names, covariance = self._uncertain({*self.parameters} - {"club_speed"})
-        errors = standard_errors(_PREDICTED, values, names, covariance)
-        ends = {
-            name: one.interval for name, one in self.parameters.items() if one.limit is not None
-        }
+        names = self._uncertain({*self.parameters} - {"club_speed"})
+        errors = standard_errors(_PREDICTED, values, names, self._covariance(names))
         moved = [
-            run_impacts(_PREDICTED, **{**values, name: end}) for name in ends for end in ends[name]
+            run_impacts(_PREDICTED, **{**values, name: end})
+            for name, one in self.parameters.items()
+            if one.limit is not None
+            for end in one.interval
         ]
         predicted = {}
         for output, value in found.items():
@@ -210,42 +195,37 @@ class Calibration:
             predicted[output] = Interval(value, value - low, value + high)
         return predicted
 
-    def _uncertain(self, chosen: set[str]) -> tuple[list[str], np.ndarray]:
-        """Those of these parameters that aren't at a limit, and their covariance."""
-        free = {n: one.limit is None and n in chosen for n, one in self.parameters.items()}
-        places = np.flatnonzero([*free.values()])
-        return [name for name in free if free[name]], self.covariance[np.ix_(places, places)]
-
     @property
     def ball(self) -> Ball:
         """The ball that was found; `**ball.values` are inputs and parameters of the FMU."""
-        data, values, measured = self.data, self.values, [*self.data.scalars.targets]
-        for one in data.series.values():
-            # Each curve has conditions of its own.
-            at = f" ({report.describe_impact(one.impact)})" if isinstance(one, Curve) else ""
-            measured.append(f"{len(one.y)} rows of {one.name}{at}")
+        data, values = self.data, self.values
+        measured = [*data.scalars.targets]
+        measured += [
+            f"{len(one.y)} rows of {one.name} ({report.describe_impact(one.impact)})"
+            for one in data.curves.values()
+        ]
+        speeds = [one.impact["club_speed"] for one in data.curves.values()]
+        if line := data.cor_speeds:
+            measured.append(f"{len(line.y)} rows of {line.name}")
+            speeds += [*line.x]
         source = f"golf-impact calibrate: {', '.join(measured)}"
         if data.scalars.targets:
             source += f"; {report.describe_impact(data.impact)}"
         # The impact isn't part of the ball, but for a mass of its own.
-        own_mass = values["m_ball"] != IMPACT["m_ball"]
-        of_impact = {*IMPACT} - ({"m_ball"} if own_mass else set())
-        names, covariance = self._uncertain({*RANGES})
+        of_impact = {*IMPACT} - ({"m_ball"} if values["m_ball"] != IMPACT["m_ball"] else set())
+        names = self._uncertain(RANGES)
         limits = report.describe_limits(self.parameters)
-        # Nobody has measured a stiffness that nothing depends on.
-        undetermined = () if "k" in values else ("k",)
-        speeds = [one.impact["club_speed"] for one in data.curves.values()]
-        speeds += [*data.cor_speeds.x] if data.cor_speeds else []
         return Ball(
             name="calibrated",
             title=f"calibrated, {self.title}",
             values={name: value for name, value in values.items() if name not in of_impact},
             source=source,
             uncertain=tuple(names),
-            covariance=tuple(map(tuple, covariance.tolist())),
+            covariance=tuple(map(tuple, self._covariance(names).tolist())),
             conditions={n: values[n] for n in IMPACT if n != "m_ball" and n in data.given},
             speeds=(float(min(speeds)), float(max(speeds))) if speeds else (),
-            undetermined=undetermined,
+            # Nobody has measured a stiffness that nothing depends on.
+            undetermined=() if "k" in values else ("k",),
             limits="; ".join(f"{n} is at its limit: {end} (95 %)" for n, end in limits.items()),
         )
 
@@ -350,23 +330,11 @@ def calibrate(
         fixed["exponent"] = exponent
     fixed = {name: number(value, name, "fix" if fix else "") for name, value in fixed.items()}
     data = measurements(scalars, curve, cor_speeds, columns, baseline, priors, window, shots)
-    return Calibration(data, fixed, progress)
-
-
-def _chance_of_one_stiffness(problem: Problem, result: Any) -> float:
-    """The probability that stiffnesses of several curves differ as much by chance.
-
-    By the fall of χ², linearly, if each curve had its own.
-    """
-    curves = [*problem.data.curves][1:]
-    if not curves or "k" not in result.var_names:
-        return 1.0
-    of_k = problem.split(result.jac[:, result.var_names.index("k")])
-    own = [
-        np.concatenate([rows * (part == curve) for part, rows in of_k.items()]) for curve in curves
-    ]
-    every = np.column_stack([result.jac, *own])
-    scales = np.linalg.norm(every, axis=0)
-    change = np.linalg.lstsq(every / scales, result.residual)[0]
-    left = result.residual - every / scales @ change
-    return chance_of(float(result.residual @ result.residual - left @ left), len(curves))
+    problem = Problem(data, fixed)
+    progress(0.0, problem.title)
+    found = Calibration(problem)
+    if found.exponent != 1.0 and data.sized:
+        progress(50.0, "Kelvin–Voigt")
+        with suppress(UserError):  # with too few measurements
+            found.linear = Calibration(Problem(data, {**fixed, "exponent": 1.0}))
+    return found

@@ -47,12 +47,12 @@ def draw(fit: Any) -> Figure:
             if len(data.curves) > 1:
                 above.set_title(f"{Path(series.name).name}, {series.impact['club_speed']:g} m/s")
         order = np.argsort(x)[:: len(x) // _POINTS + 1]
-        x, y, sigma, residuals = x[order], y[order], sigma[order], fit.residuals[name][order]
-        residuals = residuals * sigma
+        x, y, sigma = x[order], y[order], sigma[order]
+        residuals = fit.residuals[name][order] * sigma
         above.plot(x, y, **_DOTS, label="measured")
         above.plot(x, y + residuals, color="tab:blue", label="fit")
-        band = {"color": "black", "alpha": 0.14, "lw": 0, "label": "95 %"}
-        below.fill_between(x, -fit.coverage * sigma, fit.coverage * sigma, **band)
+        band = fit.coverage * sigma
+        below.fill_between(x, -band, band, color="black", alpha=0.14, lw=0, label="95 %")
         below.plot(x, residuals, **_DOTS)
         below.axhline(0.0, color="black", lw=0.8)
         time, force, difference = _LABELS["curve" if name in data.curves else name]
@@ -60,14 +60,13 @@ def draw(fit: Any) -> Figure:
         below.set(xlabel=time, ylabel=difference, xlim=limits)
         for one in (above, below):
             one.legend(loc="upper right", fontsize=9)
-    if data.scalars.targets:
-        residuals, one = fit.residuals["targets"][: len(data.scalars.targets)], axes["targets"]
+    if names := data.scalars.targets:
+        one, outputs = axes["targets"], [QUANTITIES.get(TARGETS[name]) for name in names]
         one.axvspan(-1.96, 1.96, color="black", alpha=0.1, lw=0)
         one.axvline(0.0, color="black", lw=1.0)
-        one.plot(residuals, range(len(residuals)), "o", ms=7)
-        outputs = {name: QUANTITIES.get(TARGETS[name]) for name in data.scalars.targets}
-        names = [known.plain if known else name for name, known in outputs.items()]
-        one.set_yticks(range(len(names)), names)
+        one.plot(fit.residuals["targets"][: len(names)], range(len(names)), "o", ms=7)
+        labels = [known.plain if known else name for name, known in zip(names, outputs)]
+        one.set_yticks(range(len(names)), labels)
         one.set_ylim(len(names) - 0.5, -0.5)
         one.set(xlabel="(fit − target) / σ; band: 95 %")
     return figure

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 from itertools import product
 from typing import Any, NamedTuple
@@ -99,12 +100,12 @@ class Problem:
 
     def residual(self, params: lmfit.Parameters) -> np.ndarray:
         """(model − measured)/σ of all parts, (n,); large where there is no contact that ends."""
-        try:
+        # Far from any ball values may leave the FMU's range; the search has to turn back.
+        with suppress(UserError):
             rows = self._model(params.valuesdict())
-        except UserError:
-            # Far from any ball values may leave the FMU's range; the search has to turn back.
-            return np.full(self.rows, _FAR)
-        return rows if np.all(np.abs(rows) < _FAR) else np.full(self.rows, _FAR)
+            if np.all(np.abs(rows) < _FAR):
+                return rows
+        return np.full(self.rows, _FAR)
 
     def cost(self, params: lmfit.Parameters) -> float:
         return float(np.sum(self.residual(params) ** 2))
@@ -152,10 +153,10 @@ class Problem:
 
     def starts(self) -> list[lmfit.Parameters]:
         """A grid of ζ and n; k from an undamped contact as long as the curve's, or 0.5 ms."""
-        data, duration, speed, early = self.data, 5e-4, self.data.impact["club_speed"], [0.0]
-        for curve in [*data.curves.values()][:1]:
+        data, duration, early = self.data, 5e-4, [0.0]
+        if data.curves:
+            curve = data.curves["curve"]
             duration, early = 1.2 * float(np.ptp(curve.x[curve.contact])), [0.0, 0.1]
-            speed = curve.impact["club_speed"]
         reduced, omega = reduced_mass(data.impact), math.pi / duration
         exponents = [self.fixed["exponent"]] if "exponent" in self.fixed else _EXPONENTS
         known = {name: one.value for name, one in data.scalars.measured.items()}
@@ -163,7 +164,7 @@ class Problem:
         for zeta, n, share in product((0.1,) if data.series else _ZETAS, exponents, early):
             # With the compression L = m v/ω: √(m k/μ) = ω (d_r/L)^(m − 1).
             m = 0.5 * (n + 1.0)
-            ratio = REFERENCE_COMPRESSION * omega / (m * speed)
+            ratio = REFERENCE_COMPRESSION * omega / (m * data.impact["club_speed"])
             k = self.fixed.get("k", reduced * omega**2 / m * ratio ** (n - 1.0))
             # The damping ratio is b/√(2 (n + 1) k μ).
             b = zeta * math.sqrt(2.0 * (n + 1.0) * k * reduced)
@@ -180,7 +181,10 @@ class Problem:
         return starts
 
     def minimum(self, tolerance: float = 0.0) -> Any:
-        """lmfit's result of the best minimum; of several that are as good, the least damped one."""
+        """lmfit's result of the best minimum; of several that are as good, the least damped one.
+
+        UserError: no contact comes near the measurements, or they don't determine the parameters.
+        """
         curves, starts = self.data.curves, self.starts()
         if any(len(one.x) > _FEW for one in curves.values()):
             few = {name: one.thinned(_FEW) for name, one in curves.items()}
@@ -197,29 +201,35 @@ class Problem:
         if least >= _FAR:
             raise UserError(f"{self.title}: no contact that ends comes near these measurements")
         equal = (one for one in results if one.chisqr - least <= 1e-6 * (1.0 + least))
-        return min(equal, key=lambda one: [round(one.params[n].value, 3) for n in self.names[1:]])
+        best = min(equal, key=lambda one: [round(one.params[n].value, 3) for n in self.names[1:]])
+        lengths = np.linalg.norm(best.jac, axis=0)
+        directions = best.jac / np.where(lengths, lengths, 1.0)
+        if np.linalg.matrix_rank(directions, _DEPENDENT) < best.nvarys:
+            names = ", ".join(name for name in self.names if name in best.var_names)
+            once = "ball speed, club speed after and COR count once"
+            raise UserError(
+                f"{self.title}: these measurements don't determine {names} ({once}); {_GIVE}"
+            )
+        return best
 
     def shifted(self, params: lmfit.Parameters) -> lmfit.Parameters:
         """These parameters, or better ones with touches some rows away.
 
         Law 2's force jumps or rises steeply at touch: χ² has a minimum between any two rows.
         """
-        held, curves = params.copy(), self.data.curves.values()
-        for curve in curves:
-            held["touch" + curve.suffix].vary = False
-        others = [one.name for one in held.values() if one.vary]
-        q, r = np.linalg.qr(self.jacobian(held))
+        varied = [one.name for one in params.values() if one.vary]
+        others = [name for name in varied if not name.startswith("touch")]
+        inverse = np.linalg.pinv(self.jacobian(params)[:, [varied.index(name) for name in others]])
 
         def moved(touch: str, shift: float) -> tuple[float, float, lmfit.Parameters]:
             found = params.copy()
             found[touch].value += shift
             # The others follow, as they would in a fit.
-            changes = np.linalg.lstsq(r, q.T @ self.residual(found))[0]
-            for name, change in zip(others, changes):
+            for name, change in zip(others, inverse @ self.residual(found)):
                 found[name].value -= change
             return self.cost(found), shift, found
 
-        for curve in curves:
+        for curve in self.data.curves.values():
             touch = "touch" + curve.suffix
             best = moved(touch, 0.0)[0], 0.0, params
             for rows, sign in product(_ROWS, (1.0, -1.0)):
@@ -228,26 +238,13 @@ class Problem:
             params = best[2]
         return params
 
-    def determined(self, result: Any) -> Any:
-        """The result, unless measurements don't determine its parameters; then a UserError."""
-        scales = np.linalg.norm(result.jac, axis=0)
-        rank = np.linalg.matrix_rank(result.jac / np.where(scales, scales, 1.0), _DEPENDENT)
-        if rank < len(result.var_names):
-            names = ", ".join(name for name in self.names if name in result.var_names)
-            once = "ball speed, club speed after and COR count once"
-            raise UserError(
-                f"{self.title}: these measurements don't determine {names} ({once}); {_GIVE}"
-            )
-        return result
-
     def estimate_sigma(self, result: Any) -> None:
         """σ of the series without: residuals over rows less the parameters that they determine."""
-        covariance = self.determined(result).covar
-        leverages = self.split(np.sum(result.jac @ covariance * result.jac, axis=1))
-        for name, rows in self.split(result.residual).items():
-            part, used, sigma = self.parts[name], leverages[name], self.sigma[name]
-            if name not in self.data.estimated:
-                continue
+        leverages = self.split(np.sum(result.jac @ result.covar * result.jac, axis=1))
+        residuals = self.split(result.residual)
+        for name in self.data.estimated:
+            part, sigma = self.parts[name], self.sigma[name]
+            rows, used = residuals[name], leverages[name]
             if part.step > math.sqrt(np.mean(rows**2)) * sigma[0]:
                 # Outside contact all values may round to one: no noise is left.
                 rows, used = rows[part.contact], used[part.contact]
@@ -276,46 +273,63 @@ class Problem:
         """95 % intervals where χ² rises by coverage², the other parameters being fitted again.
 
         Only if a curve has few rows: touch may lie between other two rows than in the best fit;
-        linear intervals, which don't consider that, are too narrow.
+        linear intervals, which don't consider that, are too narrow. (lmfit's conf_interval stops
+        where χ² falls for once.)
         """
         if not any(len(one.contact) <= _SPARSE for one in self.data.curves.values()):
             return {}
 
-        def end(one: lmfit.Parameter, side: float) -> float:
-            def at(errors: float) -> float:
-                return min(max(one.value + side * errors * one.stderr, one.min), one.max)
+        def held(one: lmfit.Parameter, errors: float) -> lmfit.Parameters:
+            # lmfit keeps the value within its range.
+            params = result.params.copy()
+            params[one.name].set(value=one.value + errors * one.stderr, vary=False)
+            return params
 
-            def rises(errors: float) -> bool:
-                held = result.params.copy()
-                held[one.name].set(value=at(errors), vary=False)
-                found = self.solve(self.shifted(held), 1e-6)
-                return bool(found.chisqr - result.chisqr > coverage**2)
+        def rises(one: lmfit.Parameter, errors: float) -> bool:
+            found = self.solve(self.shifted(held(one, errors)), 1e-6)
+            return bool(found.chisqr - result.chisqr > coverage**2)
 
-            near, far = 0.0, coverage
-            while far < 10.0 * coverage and not rises(far):
+        def end(one: lmfit.Parameter, far: float) -> float:
+            near = 0.0
+            while abs(far) < 10.0 * coverage and not rises(one, far):
                 near, far = far, 1.5 * far
             for _ in range(5):
                 middle = 0.5 * (near + far)
-                near, far = (near, middle) if rises(middle) else (middle, far)
-            return at(far)
+                near, far = (near, middle) if rises(one, middle) else (middle, far)
+            return float(held(one, far)[one.name].value)
 
         free = [result.params[name] for name in self.names if name in result.var_names]
-        return {one.name: (end(one, -1.0), end(one, 1.0)) for one in free}
+        return {one.name: (end(one, -coverage), end(one, coverage)) for one in free}
+
+    def chance_of_one_stiffness(self, result: Any) -> float:
+        """The probability that stiffnesses of several curves differ as much by chance.
+
+        By the fall of χ², linearly, if each curve had its own.
+        """
+        if len(self.data.curves) < 2 or "k" not in result.var_names:
+            return 1.0
+        slopes = self.split(result.jac[:, result.var_names.index("k")])
+        own = [
+            np.concatenate([rows * (part == curve) for part, rows in slopes.items()])
+            for curve in [*self.data.curves][1:]
+        ]
+        every = np.column_stack([result.jac, *own])
+        every /= np.linalg.norm(every, axis=0)
+        left = result.residual - every @ np.linalg.lstsq(every, result.residual)[0]
+        return chance_of(result.chisqr - float(left @ left), len(own))
 
 
 def at_limits(result: Any) -> dict[str, Estimate]:
     """The parameters that are closer to a limit than the step of a difference."""
-    found: dict[str, Estimate] = {}
-    if result.covar is None:
-        return found
-    step = -result.covar @ (result.jac.T @ result.residual)
-    for n, name in enumerate(result.var_names):
+    found = {}
+    steps = -result.covar @ (result.jac.T @ result.residual)
+    for name, step, variance in zip(result.var_names, steps, result.covar.diagonal()):
         one = result.params[name]
         for limit, inward in ((one.min, 1.0), (one.max, -1.0)):
             if math.isfinite(limit) and abs(one.value - limit) <= step_of(name, limit):
                 # χ² is a parabola whose minimum lies beyond the limit.
-                beyond = min(inward * step[n], 0.0)
-                far = beyond + math.sqrt(beyond**2 + _ONE_SIDED * result.covar[n, n])
+                beyond = min(inward * step, 0.0)
+                far = beyond + math.sqrt(beyond**2 + _ONE_SIDED * variance)
                 low, high = sorted((limit, float(limit + inward * far)))
                 found[name] = Estimate(limit, None, (low, high), limit)
     return found

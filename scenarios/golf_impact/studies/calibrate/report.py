@@ -55,8 +55,9 @@ def sentences(fit: Any) -> list[str]:
     if default := [name for name, one in data.scalars.measured.items() if not one.stated]:
         words.append(f"σ is taken as {DEFAULT_SIGMA * 100:g} % of {', '.join(default)}.")
     for name, series in data.series.items():
-        notes = [*series.notes, *([_baseline(fit, name)] if name in data.curves else [])]
-        words += [f"{series.name}: {note}." for note in notes]
+        words += [f"{series.name}: {note}." for note in series.notes]
+        if name in data.curves:
+            words.append(f"{series.name}: {_baseline(series, fit.curves[name])}.")
         if series.step > 0.01 * series.signal.max():
             words.append(f"{series.name} is resolved in steps of {series.step:.3g} N.")
         if name in data.estimated:
@@ -92,9 +93,15 @@ def sentences(fit: Any) -> list[str]:
             "The curves differ by more than noise in k (probability below "
             f"{1 if chance < 0.01 else 5} %; club speeds and masses count as exact)."
         )
-    if (other := fit.linear) and fit.aic - other.aic > _BETTER and not fit.is_exact:
-        lower = f"its AIC is lower by {fit.aic - other.aic:.3g}"
-        words.append(f"{other.title} describes these measurements better: {lower}.")
+    if other := fit.linear:
+        values = [f"{name} = {found.value:.4g}" for name, found in other.parameters.items()]
+        if sizes := [f"{other.rms[name]:.4g}" for name in data.curves]:
+            values.append(f"rms residual {', '.join(sizes)} N")
+        lower, rank = round(fit.aic - other.aic, 2), ""
+        if not fit.is_exact:  # nothing is ranked by rounding
+            rank = f"; AIC {'lower' if lower > 0.0 else 'higher'} by {abs(lower):.4g}"
+            rank += ": it describes these measurements better" * (lower > _BETTER)
+        words.append(f"With n = 1 instead: {', '.join(values)}{rank}.")
     names = [*fit.parameters]
     pairs = [
         f"C({names[m]}, {names[n]}) = {fit.correlations[m, n]:.2f}".replace("-", "−")
@@ -104,35 +111,32 @@ def sentences(fit: Any) -> list[str]:
     return [*words, f"Correlations: {', '.join(pairs)}."] if pairs else words
 
 
-def _baseline(fit: Any, name: str) -> str:
+def _baseline(curve: Any, found: Mapping[str, Estimate]) -> str:
     """What is subtracted from a curve."""
-    curve, found = fit.data.curves[name], fit.curves[name]
-    if not curve.baseline:
-        return "baseline zero, nothing is subtracted"
-    offset = f"an offset of {format_with_error(*found['offset'][:2])} N"
+    kind, length = BASELINES[len(curve.baseline)], curve.x[-1] - curve.x[0]
+    if "offset" not in found:
+        return f"baseline {kind}, nothing is subtracted"
+    offset = f"baseline {kind}, an offset of {format_with_error(*found['offset'][:2])} N"
     if "drift" not in found:
-        return f"baseline constant, {offset} is subtracted"
-    length = curve.x[-1] - curve.x[0]
-    size = format_with_error(*(length * one for one in found["drift"][:2]))
-    return f"baseline linear, {offset} and a drift of {size} N over the record are subtracted"
+        return f"{offset} is subtracted"
+    drift = format_with_error(*(length * one for one in found["drift"][:2]))
+    return f"{offset} and a drift of {drift} N over the record are subtracted"
 
 
 def tables(fit: Any) -> list[Table]:
-    """Parameters, measurements, predictions, and n = 1 beside them; none is empty."""
+    """Parameters, measurements and predictions; none is empty."""
     data = fit.data
     square = f"χ² = {_chi(fit.chi_squared)}, degrees of freedom {fit.degrees_of_freedom}"
     at = f"{len(data.curves)} curves" if len(data.curves) > 1 else describe_impact(data.impact)
     if not data.curves and not data.scalars.measured:
         at = "COR over speed"
     labels = [QUANTITIES[name].label for name in fit.predictions]
-    size = "rms residual (N)" if data.curves else "χ²"
     columns = ["", "measured", "σ", "model", "residual (σ)"]
     predicted = "Predictions with 95 % intervals, if the law holds"
     found: list[Table] = [
         (f"{fit.title} (law 2)", ["", "value ± standard error", "95 % interval"], _found(fit)),
         (f"Measurements, {at}: {square}", columns, _measured(fit)),
-        (predicted, ["club speed (m/s)", *labels, ""], _predictions(fit)),
-        ("Contact laws compared", ["", "parameters", size, "ΔAIC"], _laws(fit)),
+        (predicted, ["club speed (m/s)", *labels, ""], _predicted(fit)),
     ]
     return [table for table in found if table[2]]
 
@@ -153,61 +157,41 @@ def _found(fit: Any) -> list[list[str]]:
 
 
 def _measured(fit: Any) -> list[list[str]]:
-    data, rows = fit.data, []
-    residuals = fit.residuals.get("targets", [])
-    for (name, (value, sigma, _)), off in zip(data.scalars.measured.items(), residuals):
+    rows = []
+    for target in _targets(fit):
+        name, off = target["name"], target["residual"]
         label = name if name in TARGETS else f"{name} (prior)"
         one = QUANTITIES.get(TARGETS.get(name, ""), Quantity(label, decimals=6))
+        value, model = (one.format_value(target[of]) for of in ("target", "model"))
         residual = f"{off:+.2f}" if abs(off) >= 0.005 else "0.00"
-        model = one.format_value(value + off * sigma)
-        sigma = f"{sigma * one.factor:.2g}"
-        rows.append([one.label, one.format_value(value), sigma, model, residual])
-    for name, series in data.series.items():
+        rows.append([one.label, value, f"{target['sigma'] * one.factor:.2g}", model, residual])
+    for name, series in fit.data.series.items():
         text = f"rms {np.sqrt(np.mean(fit.residuals[name] ** 2)):.2f}"
-        if name in data.curves:
+        if name in fit.data.curves:
             text += f" ({fit.rms[name]:.3g} N), {series.impact['club_speed']:g} m/s"
         sigma = f"{fit.sigma[name].mean():.3g}"
         rows.append([series.name, f"{len(series.y)} rows", sigma, "", text])
     return rows
 
 
-def _predictions(fit: Any) -> list[list[str]]:
+def _predicted(fit: Any) -> list[list[str]]:
     """At three club speeds; beside another one than measured what the interval doesn't contain."""
-    rows = [[f"{speed:g}"] for speed in fit.speeds] if fit.predictions else []
-    for interval in fit.predictions.values():
-        for row, value, low, high in zip(rows, *interval):
+    rows, line = [], fit.data.cor_speeds
+    measured = [one.impact["club_speed"] for one in fit.data.curves.values()]
+    measured = measured or [fit.data.impact["club_speed"]]
+    for speed, *found in zip(fit.speeds, *(zip(*one) for one in fit.predictions.values())):
+        texts, words = [], ""
+        for value, low, high in found:
             text = format_with_error(value, high - value)
             if not math.isclose(high - value, value - low, rel_tol=1e-6):
                 text = f"{value:.4g} ({low:.4g} to {high:.4g})"
-            row.append(text)
-    measured = [one.impact["club_speed"] for one in fit.data.curves.values()]
-    measured = measured or [fit.data.impact["club_speed"]]
-    for row, speed in zip(rows, fit.speeds):
-        words = ""
-        if fit.data.cor_speeds:
-            first, last = fit.data.cor_speeds.x.min(), fit.data.cor_speeds.x.max()
-            if not first <= speed <= last:
-                words = f"COR was measured from {first:.3g} to {last:.3g} m/s"
-        elif min(abs(speed - one) for one in measured) > 0.5:
+            texts.append(text)
+        if line and not line.x.min() <= speed <= line.x.max():
+            words = f"COR was measured from {line.x.min():.3g} to {line.x.max():.3g} m/s"
+        elif not line and min(abs(speed - one) for one in measured) > 0.5:
             words = "if COR didn't depend on speed; measured balls lose 0.0029 per m/s"
-        row.append(words)
-    return rows
-
-
-def _laws(fit: Any) -> list[list[str]]:
-    if not fit.linear:
-        return []
-    fits, rows = (fit.linear, fit), []
-    least = min(one.aic for one in fits)
-    for one in fits:
-        values = ", ".join(f"{name} = {found.value:.4g}" for name, found in one.parameters.items())
-        size = ", ".join(f"{one.rms[name]:.4g}" for name in fit.data.curves) or _chi(
-            one.chi_squared
-        )
-        # Nothing is ranked by rounding.
-        delta = "exact" if one.is_exact else "–" if fit.is_exact else f"{one.aic - least:.4g}"
-        rows.append([one.title, values, size, delta])
-    return rows
+        rows.append([f"{speed:g}", *texts, words])
+    return rows if fit.predictions else []
 
 
 def as_json(fit: Any) -> dict[str, Any]:
@@ -221,12 +205,6 @@ def as_json(fit: Any) -> dict[str, Any]:
             own = {of: found.as_json() for of, found in fit.curves[name].items()}
             series[name] |= {"conditions": dict(one.impact), "touch_time": own.pop("touch")}
             series[name] |= {"baseline": BASELINES[len(one.baseline)], **own}
-    measured = zip(data.scalars.measured.items(), fit.residuals.get("targets", []))
-    targets = [
-        {"name": name, "target": one.value, "sigma": one.sigma, "sigma_given": one.stated}
-        | {"model": one.value + one.sigma * float(off), "residual": float(off)}
-        for (name, one), off in measured
-    ]
     predictions: list[dict[str, Any]] = [{"club_speed": v} for v in fit.speeds.tolist()]
     for name, interval in fit.predictions.items():
         for row, *ends in zip(predictions, *(part.tolist() for part in interval)):
@@ -237,13 +215,23 @@ def as_json(fit: Any) -> dict[str, Any]:
         "conditions": {name: fit.values[name] for name in IMPACT},
         **_numbers(fit),
         "touch_time": series["curve"]["touch_time"] if data.curves else None,
-        "targets": targets,
+        "targets": _targets(fit),
         "series": series,
         "predictions": predictions,
         "notes": sentences(fit),
         "comparison": [_numbers(one) for one in (fit.linear, fit) if fit.linear],
         "chance_of_one_stiffness": fit.chance_of_one_stiffness,
     }
+
+
+def _targets(fit: Any) -> list[dict[str, Any]]:
+    """Each scalar and prior, measured and by the model."""
+    measured = zip(fit.data.scalars.measured.items(), fit.residuals.get("targets", []))
+    return [
+        {"name": name, "target": one.value, "sigma": one.sigma, "sigma_given": one.stated}
+        | {"model": one.value + one.sigma * float(off), "residual": float(off)}
+        for (name, one), off in measured
+    ]
 
 
 def _numbers(fit: Any) -> dict[str, Any]:
