@@ -301,10 +301,11 @@ static int may_step(Component *c)
     return !count;
 }
 
-/* Whether a communication point and a step size have a sum, which is the end of the step. */
+/* Whether a communication point and a step size have a sum, which is the end of the step. Here and below
+   comparisons are quiet of NaN: a host may trap exceptions. */
 static int are_times(double point, double size)
 {
-    return fabs(point) <= LARGEST_TIME && fabs(size) <= LARGEST_TIME;
+    return islessequal(fabs(point), LARGEST_TIME) && islessequal(fabs(size), LARGEST_TIME);
 }
 
 /* Whether a step begins where the last one ended, within the host's rounding errors. */
@@ -313,7 +314,7 @@ static int goes_on(const Snapshot *is, double point, double size)
     double time = fabs(is->point);
     double allowed = smaller(POINT_TOLERANCE * larger(size, time), MOST_OF_STEP * size);
     /* Far from 0 doubles themselves may be further apart than steps. */
-    return fabs(point - is->point) <= larger(allowed, 1e-15 * time);
+    return islessequal(fabs(point - is->point), larger(allowed, 1e-15 * time));
 }
 
 /* The origin of the host's time if a step begins at this point; or why it may not. */
@@ -377,7 +378,7 @@ static int check_step(Component *c, double point, double size)
     Impact changed;
     double origin;
     int is_another = 0, is_ahead = 0;
-    if (!(0.0 < size && size <= LARGEST_TIME)) {
+    if (!(isless(0.0, size) && islessequal(size, LARGEST_TIME))) {
         report_one(c, refusal(STEP_SIZE, size, 0.0));
         return 0;
     }
@@ -432,7 +433,8 @@ static Refusal check_value(const Component *c, uint32_t reference, double value,
     const Variable *v = &TABLE[place];
     double now = c->is.values[place];
     if (c->is.mode == TERMINATED) return refusal_of(reference, SET_AFTER_END, 0.0, 0.0);
-    if (!(v->low <= value && value <= v->high)) return refusal_of(reference, OUT_OF_RANGE, value, 0.0);
+    if (!(islessequal(v->low, value) && islessequal(value, v->high)))
+        return refusal_of(reference, OUT_OF_RANGE, value, 0.0);
     if (v->causality == PARAMETER && c->is.mode == STEPPING && value != now)
         return refusal_of(reference, FIXED, value, now);
     return ACCEPTED;
