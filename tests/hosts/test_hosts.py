@@ -392,32 +392,22 @@ def test_fmusim_shows_a_refused_start_value(request, simulate, path):
 
 # FMI Library
 
-#: FMUs in one process, all at once. Two plain ones need a hook at the end of the process that runs
-#: before pythonfmu's pointers are gone: C's own.
-SETS = {
-    "FMI 2.0": ("fmu_path", "fmu_path"),
-    "native": ("native_path", "native_fmi3_path"),
-    "plain and native": ("native_path", "fmu_path", "native_fmi3_path"),
-}
-
-
-@pytest.mark.parametrize("names", SETS.values(), ids=SETS)
-@pytest.mark.parametrize("times", repeated(2, 6, 20))
-def test_several_fmus_at_once(request, host, names, times):
-    for _ in range(times):
-        *lines, last = host("mix", *map(request.getfixturevalue, names))
-        assert last == "closed"
-        for law, found in as_results(lines):
-            assert_close(found, {"smash_factor": EXPECTED[law]["smash_factor"]}, tolerance=1e-14)
-
 
 @pytest.mark.parametrize("times", repeated(1, 5, 20))
-def test_companions_at_once_and_reloaded(request, files, host, times):
-    companions, fmus = files[:-1], [request.getfixturevalue(path) for path in FILES]
+def test_several_fmus_at_once_and_reloaded(request, files, host, times):
+    """Two plain ones need a hook that runs before pythonfmu's pointers are gone: C's own."""
+    companions, (plain, *native) = files[:-1], map(request.getfixturevalue, FILES)
     for _ in range(times):
-        for fmu in fmus[:2]:
-            assert host("mix", *companions, fmu, *companions)[-1] == "closed"
-    (left,) = (line for line in host("reload", 3 * times, *fmus, *companions) if "mappings" in line)
+        for ours, others in (((plain, plain), ()), (native, ()), ((plain, *native), companions)):
+            *lines, last = host("mix", *others, *ours, *others)
+            assert last == "closed"
+            found = [line for line in lines if "law" in line]
+            assert len(found) == len(ours)
+            for law, results in as_results(found):
+                expected = {"smash_factor": EXPECTED[law]["smash_factor"]}
+                assert_close(results, expected, tolerance=1e-14)
+    given = 3 * times, plain, *native, *companions
+    (left,) = (line for line in host("reload", *given) if "mappings" in line)
     # Those of the library that started Python; the host extracts each FMU anew.
     assert int(left.split()[-1]) <= 8
 
