@@ -57,6 +57,9 @@ def test_the_documents_cases(results):
     assert len(document.NOT_REPRODUCED) == 3
     assert "67 of 70 printed numbers" in scheme.words
     assert len(scheme.cases) == 16
+    printed = document.CASES["35 m/s"].printed
+    found = [printed[name].value for name in ("smash_factor", "contact_time")]
+    assert found == [1.57, 621e-6]
 
 
 @pytest.mark.parametrize(("text", "holds"), [("1.57", True), ("1.59", False)])

@@ -142,6 +142,8 @@ def test_fields_take_units_and_refusals_are_announced(tab):
     assert (tab.value("club_speed"), tab.text("club_speed_refused")) == ("186.411", "")
     tab.open("#club_speed=50&unit=mph")
     assert (tab.value("club_speed"), tab.value("club_speed_slider")) == ("111.847", "112")
+    text, ball = results(tab)["ball_velocity"]
+    assert float(text) == pytest.approx(ball / 0.44704, abs=5e-4)
     assert tab.type("club_speed", "110").text("club_speed_idle") == ""
     assert tab.get("club_speed_slider").get_attribute("aria-valuetext") == "110 mph"
     # What is being typed stays.
