@@ -46,13 +46,9 @@ def test_values_of_an_axis(name, given, values):
     assert found.tolist() == pytest.approx(values, rel=1e-15)
 
 
-def test_units_of_a_distribution():
-    assert parse_axis("club_speed", "normal:95mph:2mph").std() == pytest.approx(2 * MPH)
-
-
 @pytest.mark.parametrize("method", ["random", "lhs", "sobol"])
 def test_samples(method):
-    sets = {"k": "normal:1e6:5e4", "b": "0,9", "club_speed": "uniform:40:50"}
+    sets = {"k": "normal:1000:50N/mm", "b": "0,9", "club_speed": "uniform:40:50"}
 
     def samples(seed):
         found = golf_impact.sweep(sets, ["impulse"], samples=1024, seed=seed, method=method)
