@@ -186,8 +186,7 @@ class Approach(Impact):
 
     def is_undecided(self, instant: Instant) -> bool:
         """Whether no step has moved past the touch yet, by more than the clock's last bit."""
-        high, low = self.begin
-        if (instant[0] - high) + (instant[1] - low) <= self.duration:
+        if self.since_begin(instant) <= self.duration:
             return True
         high, low = added(self.begin, self.duration)
         return (instant[0] - high) + (instant[1] - low) <= RESOLUTION * high
@@ -395,10 +394,9 @@ class Flight(Impact):
         if club_force == self.club_force:
             return self
         _, x_club, x_ball, v_club, v_ball, left = self.state(instant)
-        high, low = self.begin
-        t = (instant[0] - high) + (instant[1] - low)
         # The difference of the velocities would cancel.
-        closing = self.motion.closing + self.club_force / self.parameters.m_club * t
+        gained = self.club_force / self.parameters.m_club * self.since_begin(instant)
+        closing = self.motion.closing + gained
         touch = self.touch.x_ball
         distance = left or x_club - x_ball
         motion = Motion(x_club - touch, x_ball - touch, v_club, v_ball, distance, closing)
