@@ -65,6 +65,8 @@ CASES = {
     "drag 150": Case("beside ζ = 0.4, where light balls may stick", {"b": 150.0}),
     "drag 1000": Case("ζ = 2.6; bodies part below 2.91", {"b": 1000.0}),
     "sticks": Case("they never part", {"b": 5000.0}),
+    "sticks for long": Case("nothing is left of the compression", {"b": 5000.0}, end=1e3),
+    "sticks for ever": Case("nor of anything else", {"b": 5000.0}, end=1e25),
     "equal masses": Case("both drags are one", {"m_club": 0.1, "m_ball": 0.1, "b": 400.0}),
     "very light ball": Case("1e-6 of the club", {"law": 2, "m_club": 2.0, "m_ball": 2e-6}),
     "very heavy ball": Case("1e6 of the club", {"law": 2, "m_ball": 2.1e5, "b": 0.05}),
