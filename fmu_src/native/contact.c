@@ -42,20 +42,14 @@ static void contact_copy(Contact *to, const Contact *from)
 static void contact_begin(Contact *c, const Parameters *p, Inputs inputs, Motion start)
 {
     memset(c, 0, offsetof(Contact, as));
-    if (p->exponent != 1.0 && inputs.club_force) {
-        /* In the scaled time it is a power of x, without a closed form. */
-        c->kind = INTEGRATED;
-        integrated_begin(&c->as.integrated, p, inputs, start);
-        c->duration = c->as.integrated.duration;
-        c->rate = INFINITY;
-        return;
-    }
     if (p->exponent != 1.0) {
-        c->kind = POWER_LAW;
-        power_law_begin(&c->as.power_law, p, inputs.k, inputs.b, start);
-        c->duration = c->as.power_law.duration;
         /* Unbounded: the force has a kink at d = 0. */
         c->rate = INFINITY;
+        /* Under a force it has no closed form: in the scaled time that is a power of x. */
+        c->kind = inputs.club_force ? INTEGRATED : POWER_LAW;
+        if (c->kind == INTEGRATED) integrated_begin(&c->as.integrated, p, inputs, start);
+        else power_law_begin(&c->as.power_law, p, inputs.k, inputs.b, start);
+        c->duration = c->kind == INTEGRATED ? c->as.integrated.duration : c->as.power_law.duration;
         return;
     }
     Linear given = {inputs.k, law_damper(p, inputs.b), law_drag(p, inputs.b), p->m_club, p->m_ball,
@@ -79,26 +73,20 @@ static double contact_scale(Contact *c)
     return c->kind == UNDERDAMPED ? c->as.underdamped.rates.s : 1.0;
 }
 
+/* What the function of this name returns for the kind of contact. */
+#define OF_KIND(c, function, ...)                                                                   \
+    ((c)->kind == UNDERDAMPED  ? underdamped_##function(&(c)->as.underdamped, __VA_ARGS__)          \
+     : (c)->kind == POWER_LAW  ? power_law_##function(&(c)->as.power_law, __VA_ARGS__)              \
+     : (c)->kind == INTEGRATED ? integrated_##function(&(c)->as.integrated, __VA_ARGS__)            \
+                               : linear_##function(&(c)->as.linear.contact, __VA_ARGS__))
+
 /* The state at a scaled time. */
-static State contact_dense(Contact *c, double time)
-{
-    switch (c->kind) {
-    case UNDERDAMPED: return underdamped_dense(&c->as.underdamped, time);
-    case POWER_LAW: return power_law_state(&c->as.power_law, time);
-    case INTEGRATED: return integrated_state(&c->as.integrated, time);
-    default: return linear_state(&c->as.linear.contact, time);
-    }
-}
+static State contact_dense(Contact *c, double time) { return OF_KIND(c, state, time); }
 
 /* Force, compression, or the closing speed, to full relative accuracy. */
 static double contact_value(Contact *c, Quantity quantity, double t)
 {
-    switch (c->kind) {
-    case UNDERDAMPED: return underdamped_value(&c->as.underdamped, quantity, t);
-    case POWER_LAW: return power_law_value(&c->as.power_law, quantity, t);
-    case INTEGRATED: return integrated_value(&c->as.integrated, quantity, t);
-    default: return linear_value(&c->as.linear.contact, quantity, t);
-    }
+    return OF_KIND(c, value, quantity, t);
 }
 
 /* Impulse of the contact force over [begin, begin + width], N.s. */
@@ -107,17 +95,10 @@ static double contact_impulse(Contact *c, double begin, double width)
     double end = begin + width, half = 0.5 * width, total = 0.0;
     int is_short = c->kind == INTEGRATED ? is_short_of_panel(&c->as.integrated, end, width)
                                          : width * c->rate <= SHORT;
-    if (is_short) {
-        for (int n = 0; n < GAUSS_POINTS; n++)
-            total += GAUSS_WEIGHTS[n] * contact_value(c, FORCE, end - half * (1.0 - GAUSS_NODES[n]));
-        return half * total;
-    }
-    switch (c->kind) {
-    case UNDERDAMPED: return underdamped_impulse(&c->as.underdamped, begin, width);
-    case POWER_LAW: return power_law_impulse(&c->as.power_law, begin, width);
-    case INTEGRATED: return integrated_impulse(&c->as.integrated, begin, width);
-    default: return linear_impulse(&c->as.linear.contact, begin, width);
-    }
+    if (!is_short) return OF_KIND(c, impulse, begin, width);
+    for (int n = 0; n < GAUSS_POINTS; n++)
+        total += GAUSS_WEIGHTS[n] * contact_value(c, FORCE, end - half * (1.0 - GAUSS_NODES[n]));
+    return half * total;
 }
 
 /* Why the contact can't be computed any further; the reason is FINE if it can. */

@@ -44,18 +44,6 @@ static int next_event(const Component *c, Events *e, double *when)
     return 1;
 }
 
-/* The events of this instant are handled. Returns whether the call was legal; whether the host must
-   stop, since values were refused; whether the next event is known, and the host's time of that. */
-static int component_update(Component *c, int *must_stop, int *is_known, double *when)
-{
-    Events events;
-    *must_stop = *is_known = 0;
-    if (c->is.is_solved || c->is.mode != STEPPING) return update_solution(c, must_stop);
-    begin_events(c, c->is.point, &events);
-    *is_known = next_event(c, &events, when);
-    return 1;
-}
-
 /* One communication step; if early return is allowed, only until touch or separation. Returns whether
    it was accepted; whether it ends with an event; where it ends, s. An event inside a step that
    continues is over when the step ends, and isn't reported. */

@@ -205,25 +205,27 @@ FMI(Status) FMI_STATE(DeSerialize, )(void *c, const FMI(Byte) bytes[], size_t si
 
 #define CAN_SOLVE(size) (is_of_kind(c, MODEL_EXCHANGE) && values && count == (size))
 
-/* After initialization alone does a solver set anything. */
-static int has_begun(Instance *i)
+/* A solver sets numbers of an instance, after initialization alone. */
+static FMI(Status) set_numbers(Instance *i, double to[], const double values[], size_t count)
 {
-    if (i->component.is.mode == STEPPING) return 1;
-    return is_illegal(i, "time and states are refused before initialization has succeeded and after the end");
+    if (i->component.is.mode != STEPPING)
+        return status_of(is_illegal(i, "time and states are refused before initialization has succeeded and "
+                                       "after the end"));
+    memcpy(to, values, count * sizeof *values);
+    i->component.has_state = 0;
+    return FMI(OK);
 }
 
 FMI(Status) FMI(SetTime)(void *c, double time)
 {
-    int is_legal = is_of_kind(c, MODEL_EXCHANGE) && has_begun(c);
-    if (is_legal) set_time(COMPONENT(c), time);
-    return status_of(is_legal);
+    if (!is_of_kind(c, MODEL_EXCHANGE)) return FMI(Error);
+    return set_numbers(c, &COMPONENT(c)->is.time, &time, 1);
 }
 
 FMI(Status) FMI(SetContinuousStates)(void *c, const double values[], size_t count)
 {
-    int is_legal = CAN_SOLVE(STATES) && has_begun(c);
-    if (is_legal) set_states(COMPONENT(c), values);
-    return status_of(is_legal);
+    if (!CAN_SOLVE(STATES)) return FMI(Error);
+    return set_numbers(c, COMPONENT(c)->is.states, values, STATES);
 }
 
 #define GET_VECTOR(Name, size, call)                                                                \

@@ -75,16 +75,21 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Bool
                                     fmi3Boolean *nominals, fmi3Boolean *jumped,
                                     fmi3Boolean *is_defined, fmi3Float64 *when)
 {
-    int must_stop, is_known;
-    double next = 0.0;
+    int is_legal = 1, must_stop = 0;
+    Events events;
     if (!c || !again || !terminate || !nominals || !jumped || !is_defined || !when) return fmi3Error;
-    int is_legal = component_update(COMPONENT(c), &must_stop, &is_known, &next);
-    *again = *nominals = fmi3False;
+    Component *self = COMPONENT(c);
+    *again = *nominals = *is_defined = fmi3False;
+    *when = 0.0;
+    if (self->is.is_solved || self->is.mode != STEPPING) {
+        is_legal = update_solution(self, &must_stop);
+    } else {
+        begin_events(self, self->is.point, &events);
+        *is_defined = next_event(self, &events, when);
+    }
     /* Also where derivatives alone jump: some solvers restart only then. */
-    *jumped = COMPONENT(c)->is.is_solved;
+    *jumped = self->is.is_solved;
     *terminate = must_stop;
-    *is_defined = is_known;
-    *when = next;
     return status_of(is_legal);
 }
 

@@ -176,7 +176,7 @@ static void underdamped_begin(Underdamped *o, Linear given)
 }
 
 /* The dense output over the angle Rt. */
-static State underdamped_dense(const Underdamped *o, double angle)
+static State underdamped_state(const Underdamped *o, double angle)
 {
     double size = exp(o->pair * angle), c = size * cos(angle), s = size * sin(angle);
     double travel = angle, e = 1.0, d, force;

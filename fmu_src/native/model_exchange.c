@@ -137,18 +137,6 @@ static int needs_history(uint32_t reference)
 
 /* THE HOST'S SOLVER */
 
-static void set_time(Component *c, double time)
-{
-    c->is.time = time;
-    c->has_state = 0;
-}
-
-static void set_states(Component *c, const double states[])
-{
-    memcpy(c->is.states, states, sizeof c->is.states);
-    c->has_state = 0;
-}
-
 static void get_states(Component *c, double states[])
 {
     present(c);
