@@ -295,17 +295,18 @@ static State impact_state(const Impact *i, const Parameters *p, Instant instant)
 /* Go on with other inputs from an instant of the contact on; returns whether they have an effect. */
 static int change_contact(Impact *i, const Parameters *p, Inputs inputs, Instant instant)
 {
-    Inputs acting = acting_inputs(p, inputs, i->touch.club_speed - p->ball_speed);
+    double approach_speed = i->touch.club_speed - p->ball_speed;
+    Inputs acting = acting_inputs(p, inputs, approach_speed);
     if (acting.k == i->acting.k && acting.b == i->acting.b
         && acting.club_force == i->acting.club_force)
         return 0;
-    double contact_force, approach_speed = i->touch.club_speed - p->ball_speed;
-    if (p->exponent == 1.0 && acting.club_force
-        && is_large_push(p, acting, approach_speed, &contact_force)) {
-        i->contact.kind = LINEAR;
-        i->contact.as.linear.contact.failure =
-            (Failure){LARGE_PUSH, {acting.club_force, contact_force, 0.0}};
-        return NOT_COMPUTED;
+    if (p->exponent == 1.0 && acting.club_force) {
+        Failure why = failure_of_push(p, acting, approach_speed);
+        if (why.reason) {
+            i->contact.kind = LINEAR;
+            i->contact.as.linear.contact.failure = why;
+            return NOT_COMPUTED;
+        }
     }
     double t = elapsed(i, instant);
     State s = state_since_touch(i, p, t);

@@ -70,27 +70,20 @@ static int is_illegal(const Instance *i, const char *sentence)
 
 typedef enum { CO_SIMULATION, MODEL_EXCHANGE, ANOTHER } Kind;
 
-/* Why no instance is made of this kind, with this GUID or token; empty if it is. */
-static void refuse_instance(Text *t, Kind kind, const char *token)
-{
-    *t->end = 0;
-    if (kind == ANOTHER)
-        put(t, "this interface is refused: this FMU has co-simulation and Model Exchange");
-    else if (!token || strcmp(token, TOKEN)) {
-        put(t, "GUID or token = ");
-        put(t, token ? token : "NULL");
-        put(t, " is refused: this FMU has " TOKEN);
-    }
-}
-
-/* An instance; NULL, and a message, if there is none. */
+/* An instance of this kind, with this GUID or token; NULL, and a message, if there is none. */
 static Instance *new_instance(Kind kind, const char *name, const char *token, Logger logger,
                               void *environment)
 {
-    char text[SENTENCE_SIZE];
+    char text[SENTENCE_SIZE] = "";
     Text why = {text, text + sizeof text - 1};
     if (!name) name = "";
-    refuse_instance(&why, kind, token);
+    if (kind == ANOTHER) {
+        put(&why, "this interface is refused: this FMU has co-simulation and Model Exchange");
+    } else if (!token || strcmp(token, TOKEN)) {
+        put(&why, "GUID or token = ");
+        put(&why, token ? token : "NULL");
+        put(&why, " is refused: this FMU has " TOKEN);
+    }
     Instance *i = *text ? NULL : calloc(1, sizeof *i);
     char *copy = i ? malloc(strlen(name) + 1) : NULL;
     if (!copy) {

@@ -324,21 +324,6 @@ static double first_width(const Integrated *o)
     return width;
 }
 
-/* Whether beside a power law a push on the club head leaves it to rounding errors whether the bodies
-   separate: then the contact force that the motion leads to, N, is computed, too. */
-static int is_large_push_of_power_law(const Parameters *p, double k, double club_force, double compression,
-                         double closing, double *contact_force)
-{
-    double n = p->exponent, d_r = p->reference_compression;
-    double share = p->m_ball / (p->m_club + p->m_ball), rate = closing / d_r;
-    if (club_force <= 0.0) return 0;
-    /* The compression that the energy leads to, relative to d_r, to the power of n + 1. */
-    double power = 0.5 * (n + 1.0) * (p->m_club * share / k) * rate * rate;
-    power += pow(compression / d_r, n + 1.0);
-    *contact_force = k * d_r * pow(power, n / (n + 1.0));
-    return !(share * club_force <= MOST_PUSH_OF_POWER_LAW * *contact_force);
-}
-
 static void integrated_begin(Integrated *o, const Parameters *p, Inputs inputs, Motion start)
 {
     memset(o, 0, offsetof(Integrated, starts));
@@ -350,12 +335,8 @@ static void integrated_begin(Integrated *o, const Parameters *p, Inputs inputs, 
     o->x_ball = start.x_club - start.compression;
     o->last[D] = o->most[0] = start.compression;
     o->last[W] = start.closing;
-    double contact_force;
-    if (is_large_push_of_power_law(p, inputs.k, inputs.club_force, start.compression, start.closing,
-                      &contact_force)) {
-        o->failure = (Failure){LARGE_PUSH_OF_POWER_LAW, {inputs.club_force, contact_force}};
-        return;
-    }
+    o->failure = failure_of_push_of_power_law(p, inputs, start.compression, start.closing);
+    if (o->failure.reason) return;
     o->most[1] = integrated_force(o, start.compression, start.closing);
     if (!isfinite(o->most[1])) {
         o->failure = (Failure){NOT_FINITE, {start.compression, start.closing, o->most[1]}};

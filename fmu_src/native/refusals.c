@@ -65,12 +65,10 @@ static Refusal conflict(const Parameters *p, Inputs inputs)
 /* Why a force on the club head is rejected at touch: beside it the approach speed must not vanish. */
 static Refusal refusal_of_force(const Parameters *p, Inputs inputs, double closing)
 {
-    double force = inputs.club_force, contact_force;
-    if (p->exponent == 1.0)
-        return is_large_push(p, inputs, closing, &contact_force)
-                   ? refusal_of(VR_club_force, LARGE_PUSH, force, contact_force) : ACCEPTED;
-    if (!is_large_push_of_power_law(p, inputs.k, force, 0.0, closing, &contact_force)) return ACCEPTED;
-    return refusal_of(VR_club_force, LARGE_PUSH_OF_POWER_LAW, force, contact_force);
+    Failure why = p->exponent == 1.0 ? failure_of_push(p, inputs, closing)
+                                     : failure_of_push_of_power_law(p, inputs, 0.0, closing);
+    if (!why.reason) return ACCEPTED;
+    return refusal_of(VR_club_force, why.reason, why.numbers[0], why.numbers[1]);
 }
 
 /* Why a touch under these inputs is rejected: a coefficient of restitution that falls with the speed
