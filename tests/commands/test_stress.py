@@ -13,7 +13,6 @@ from golf_impact.evidence.random_impacts import (
     BASELINE,
     ImpactCase,
     critical_damping,
-    pushed,
     random_impact,
 )
 from golf_impact.evidence.scales import TOLERANCE
@@ -47,23 +46,21 @@ def test_what_is_tried():
     assert len(drawn) >= 1000
     assert sum(exact for *_, exact, _ in impacts) >= 200
     assert sum("club_force" in case.values for case in drawn) == len(drawn) / 10
-    assert {case.values["law"] for case in drawn} == {1, 2}
     assert len(drawn) / 4 < sum(bool(case.changes) for case in drawn) < len(drawn)
+    values = {name: np.array([case.values[name] for case in drawn]) for name in (*BASELINE, "law")}
+    assert {*values["law"]} == {1, 2}
 
     def spread(values):
-        return [f"{power:.0f}" for power in np.log10([min(values), max(values)])]
+        return np.log10([min(values), max(values)]).round().tolist()
 
-    assert spread([case.values["k"] for case in drawn]) == ["2", "12"]
-    assert spread([case.values["m_club"] / case.values["m_ball"] for case in drawn]) == ["-6", "6"]
-    ratios = [case.values["b"] / critical_damping(case.values) for case in drawn]
-    assert min(ratios) == 0.0
-    assert max(ratios) > 1e3
-    forces = [
-        abs(step.club_force) / (0.5 * case.closing * critical_damping(case.values))
-        for case in drawn
-        for step in case.steps()
-        if step.club_force
-    ]
+    assert spread(values["k"]) == [2, 12]
+    assert spread(values["m_club"] / values["m_ball"]) == [-6, 6]
+    critical = np.array([critical_damping(case.values) for case in drawn])
+    assert min(values["b"]) == 0.0
+    assert max(values["b"] / critical) > 1e3
+    scales = [0.5 * case.closing * c for case, c in zip(drawn, critical)]
+    steps = [(step.club_force, c) for case, c in zip(drawn, scales) for step in case.steps()]
+    forces = [abs(force) / scale for force, scale in steps if force]
     assert min(forces) < 1e-3
     assert 1.5 < max(forces) < 2.0
 
@@ -96,10 +93,10 @@ def errors_of(impact, case):
     return worst
 
 
-@pytest.mark.parametrize("number", [*range(4), 9])
+@pytest.mark.parametrize("number", [0, 9])
 def test_right_outputs_pass(impact, number):
-    case = random_impact(3, number)
-    worst = errors_of(impact, pushed(case, random.Random(9)) if number == 9 else case)
+    """Without a force on the head, and with one."""
+    worst = errors_of(impact, stability.list_impacts(3, quick=True)[38 + number][1])
     assert worst.keys() == stability.CLAIMS.keys()
     assert max(worst.values()) < TOLERANCE
     assert worst["state"] == 0.0
