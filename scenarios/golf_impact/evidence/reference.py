@@ -82,11 +82,9 @@ class _Sum:
             right, middle = middle, (left + middle) / 2
         return _root(lambda t: self(t) / scale, (middle, right), tol=mp.mpf(10) ** -60 * right)
 
-    def time_of_largest(self, t: Real) -> Real:
-        """When it is largest on [0, t]; first, if it is so twice."""
-        # Later maxima of a decaying oscillation are lower than the first few.
-        extrema = islice(takewhile(lambda zero: zero < t, self.less(0).zeros()), 60)
-        return max((mp.zero, *extrema, t), key=self)
+    def extrema(self, end: Real) -> list[Real]:
+        """Before `end`; later ones of a decaying oscillation are lower than the first few."""
+        return [*islice(takewhile(lambda t: t < end, self.less(0).zeros()), 60)]
 
 
 def _root(function: Any, bracket: tuple[Real, Real], **options: Any) -> Real:
@@ -122,6 +120,7 @@ class _LinearContact:
         ending = self.d if drag else self.force
         #: s until contact ends: 0 if it has, inf if it never will.
         self.duration = mp.zero if ending(ending.soon) < 0 else next(ending.zeros(), mp.inf)
+        self.extrema = {f: f.extrema(self.duration) for f in (self.force, self.d)}
 
     def at(self, t: Real) -> tuple[Real, ...]:
         """d, v_club, v_ball, how far the ball has moved, the force on it, its impulse."""
@@ -130,7 +129,10 @@ class _LinearContact:
 
     def maxima(self, t: Real) -> tuple[Real, ...]:
         """The largest force so far, its time, and the largest compression."""
-        peak, deepest = self.force.time_of_largest(t), self.d.time_of_largest(t)
+        peak, deepest = (
+            max((mp.zero, *(time for time in extrema if time < t), t), key=f)
+            for f, extrema in self.extrema.items()
+        )
         return self.force(peak), peak, self.d(deepest)
 
 
