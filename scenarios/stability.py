@@ -12,7 +12,6 @@ from golf_impact.evidence.checks import check
 from golf_impact.evidence.random_impacts import (
     critical_damping,
     extreme_impacts,
-    pushed,
     random_impact,
 )
 from golf_impact.evidence.scales import TOLERANCE
@@ -33,9 +32,7 @@ def list_impacts(seed, quick):
     """Name, impact, whether it is compared with the reference, and the number of equal steps."""
     impacts = [(name, case, True, 500 if quick else 2000) for name, case in extreme_impacts()]
     for n in range(150 if quick else 1000):
-        case = random_impact(seed, n)
-        if n % 10 == 9:
-            case = pushed(case, random.Random(f"{seed}/{n}/force"))
+        case = random_impact(seed, n, pushed=n % 10 == 9)
         impacts.append((f"seed {seed}, number {n}", case, n % 10 in (0, 9), 64))
     return impacts
 

@@ -3,7 +3,7 @@
 import math
 import random
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import accumulate, pairwise
 from typing import NamedTuple
 
@@ -134,11 +134,12 @@ def extreme_impacts() -> Iterator[tuple[str, ImpactCase]]:
             yield f"{name}, law {law}", ImpactCase(values, end)
 
 
-def random_impact(seed: int, number: int) -> ImpactCase:
+def random_impact(seed: int, number: int, pushed: bool = False) -> ImpactCase:
     """A random impact; the same for the same seed and number, on any machine.
 
     Stiffness from 1e2 to 1e12 N/m, damping ratio 0 to 1e4, mass ratio 1e-6 to 1e6, up to three
-    changes of k and b in contact; b within its range.
+    changes of k and b in contact; b within its range. If `pushed`, there are forces on the head, at
+    most twice an undamped contact's largest force.
     """
     rng = random.Random(f"{seed}/{number}")
     k, mass, ratio = _decades(rng, 2, 12), _decades(rng, -3, 1), math.sqrt(_decades(rng, -6, 6))
@@ -163,19 +164,11 @@ def random_impact(seed: int, number: int) -> ImpactCase:
     end = touch + 4.0 * contact
     if rng.random() < 0.2:  # long after separation
         end += _decades(rng, -3, 0)
+    if pushed:
+        rng, scale = random.Random(f"{seed}/{number}/force"), closing * critical_damping(values) / 2
+        for inputs in (values, *(later for _, later in changes)):
+            inputs["club_force"] = scale * rng.choice((-1.0, 0.0, 1.0)) * _decades(rng, -4, 0.3)
     return ImpactCase(values, end, tuple(changes), start_time)
-
-
-def pushed(impact: ImpactCase, rng: random.Random) -> ImpactCase:
-    """The impact with forces on the head, at most twice an undamped contact's largest force."""
-    scale = impact.closing * 0.5 * critical_damping(impact.values)
-
-    def force() -> dict[str, float]:
-        return {"club_force": scale * rng.choice((-1.0, 0.0, 1.0)) * _decades(rng, -4, 0.3)}
-
-    values = {**impact.values, **force()}
-    changes = tuple((time, {**inputs, **force()}) for time, inputs in impact.changes)
-    return replace(impact, values=values, changes=changes)
 
 
 def _decades(rng: random.Random, low: float, high: float) -> float:
