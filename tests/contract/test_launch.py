@@ -1,4 +1,4 @@
-"""Launch.fmu: reference cases, an independent integration, borders, what is refused."""
+"""Launch.fmu: reference cases, an independent integration, borders; refusals: refusals.toml."""
 
 import json
 import math
@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from compare import assert_close
 from conftest import HERE, some
-from fmpy.fmi1 import FMICallException
 from fmus import get, is_set, put
+from golf_physics.companions import launch
 from golf_physics.companions.launch import Contact
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
@@ -36,30 +36,20 @@ def contact(case):
     }
 
 
-def launched(slave, step=1e-3, point=0.0, **inputs):
+def launched(slave, **inputs):
+    """The outputs after the step that launches the ball."""
     put(slave, **inputs, separated=True)
-    slave.doStep(point, step)
+    slave.doStep(0.0, 1e-3)
     assert is_set(slave, "launched")
     return dict(zip(OUTPUTS, get(slave, *OUTPUTS), strict=True))
 
 
-@pytest.fixture
-def launch(companion):
-    """A launch by a new run of one instance: a case, and parameters."""
-    slave = companion("Launch")
-
-    def run(case):
-        slave.reset()
-        slave.setupExperiment(startTime=0.0)
-        slave.enterInitializationMode()
-        attack = case.get("attack_angle", 0.0)
-        put(slave, **{name: case[name] for name in HEAD})
-        put(slave, dynamic_loft=case["spin_loft"] + attack, attack_angle=attack)
-        put(slave, **{name: case[name] for name in TURNING if name in case})
-        slave.exitInitializationMode()
-        return launched(slave, **contact(case))
-
-    return run
+def launch_of(companion, case):
+    """The outputs of Launch for a case."""
+    attack = case.get("attack_angle", 0.0)
+    angles = {"dynamic_loft": case["spin_loft"] + attack, "attack_angle": attack}
+    head = {name: case[name] for name in (*HEAD, *TURNING) if name in case}
+    return launched(companion("Launch", **angles, **head), **contact(case))
 
 
 # Against references
@@ -128,9 +118,7 @@ def integrated(case):
     state, time = [0.0, speed, 0.0, sliding, 0.0], 0.0
     end = -math.log(e) / zeta / math.sqrt(normal)
     side = int(math.copysign(1, sliding)) if kappa * abs(sliding) > mu * speed else 0
-    phases = ""
-    while time < end * (1.0 - 1e-12) and len(phases) < 12:
-        phases += "0+-"[side]
+    while time < end * (1.0 - 1e-12):
         events = [slipping(side)] if side else [limit(1), limit(-1)]
         for event in events:
             event.terminal, event.direction = True, -1
@@ -138,9 +126,9 @@ def integrated(case):
         slope = slip(side) if side else stick
         solved = solve_ivp(slope, (time, end), state, events=events, **options)
         time, state = solved.t[-1], solved.y[:, -1]
-        hit = [len(found) > 0 for found in solved.t_events]
-        side = 0 if side else (1 if hit[0] else -1 if hit[1] else 0)
-    return state[4], phases
+        up, down = solved.t_events if not side else ((), ())
+        side = 1 if len(up) else -1 if len(down) else 0
+    return state[4]
 
 
 def random_case(seed):
@@ -159,9 +147,7 @@ def random_case(seed):
     if seed % 2:
         turning = random.uniform(-0.025, 0.025), random.uniform(0.0, 0.05), 2.7e-4
         case |= dict(zip(TURNING, turning, strict=True))
-    if seed % 5 == 0:
-        case["friction"] = 1e3
-    return {name: float(value) for name, value in case.items()}
+    return case | ({} if seed % 5 else {"friction": 1e3})
 
 
 DRIVER = CASES[0] | {"friction": 0.4}
@@ -194,29 +180,24 @@ for part in (-1e-9, 0.0, 1e-9):
 
 
 @pytest.mark.parametrize("case", [*NAMED, *some(20, range(300))])
-def test_against_an_integration(launch, case):
+def test_against_an_integration(companion, case):
     given = NAMED[case] if case in NAMED else random_case(case)
-    impulse, phases = integrated(given)
+    impulse = integrated(given)
     ball, speed, m = contact(given)["ball_velocity"], given["club_speed"], given["m_ball"]
     diameter, across = given["ball_diameter"], impulse / m
     loft = given["spin_loft"] + given.get("attack_angle", 0.0)
-    expected = {
-        "ball_speed": math.hypot(ball, across),
-        "launch_angle": loft - math.atan2(across, ball),
-        "backspin": 5.0 * across / diameter,
-        "tangential_impulse": impulse,
-    }
+    exact = math.hypot(ball, across), loft - math.atan2(across, ball), 5.0 * across / diameter
     units = speed, speed / ball, 5.0 * speed / diameter, m * speed
-    scales = dict(zip(OUTPUTS, units, strict=True))
+    expected = dict(zip(OUTPUTS, (*exact, impulse), strict=True))
     # Measured: 2e-11.
-    assert_close(launch(given), expected, scales, 1e-7, case=case, phases=phases)
+    scales = dict(zip(OUTPUTS, units, strict=True))
+    assert_close(launch_of(companion, given), expected, scales, 1e-7, case=case)
 
 
-def test_without_loft_the_ball_leaves_as_from_the_impact(launch):
+def test_without_loft_the_ball_leaves_as_from_the_impact(companion):
     """To the last bit."""
     case = NAMED["no loft"]
-    ball = contact(case)["ball_velocity"]
-    assert launch(case) == dict(zip(OUTPUTS, (ball, 0.0, 0.0, 0.0), strict=True))
+    assert [*launch_of(companion, case).values()] == [contact(case)["ball_velocity"], 0.0, 0.0, 0.0]
 
 
 @pytest.mark.parametrize("part", [-1e-7, -1e-9, 0.0, 1e-9, 1e-7])
@@ -227,78 +208,55 @@ def test_the_head_turns_at_the_frequency_of_the_tangential_spring(part):
     assert found == pytest.approx(0.5 * (near + below), rel=1e-7)
 
 
-def test_without_damping(launch):
+#: Contacts that stick but for a thousandth or less: zeta, friction, ratio, rho and gamma; p.
+GRAZING = [
+    ((0.1, 0.0499057, 1.36, 5.0, -0.16), 0.03),
+    ((0.1, 0.0499057, 1.36, 5.0, 0.16), -0.03),
+    ((0.1, 0.061739, 1.09, 5.5, 0.271), 0.0415),
+]
+
+
+@pytest.mark.parametrize(("values", "sliding"), GRAZING)
+def test_a_slip_between_two_instants_is_found(monkeypatch, values, sliding):
+    """As by so many instants that its end is between two others; missed, it is 4e-8 of it."""
+    found = Contact(*values).impulse(sliding)
+    monkeypatch.setattr(launch, "_INSTANTS", 4000)
+    assert found == pytest.approx(Contact(*values).impulse(sliding), rel=1e-12)
+
+
+def test_without_damping(companion):
     """At COR 1, as beside it."""
     without, little = (
-        launch(DRIVER | {"coefficient_of_restitution": cor})["backspin"]
+        launch_of(companion, DRIVER | {"coefficient_of_restitution": cor})["backspin"]
         for cor in (1.0, 1.0 - 1e-9)
     )
     assert without == pytest.approx(little, rel=1e-7)
     assert without > 0.0
 
 
-# As an FMU
-
-
-@pytest.mark.parametrize("steps", [[1e-6] * 5, [0.3], [1e-3, 2.0, 1e-9]])
-def test_any_steps_give_the_same_from_separation_on_and_once(companion, steps):
-    slave, time = companion("Launch"), 0.0
-    put(slave, **contact(DRIVER))
-    for step in steps:
-        slave.doStep(time, step)
-        time += step
-        assert get(slave, *OUTPUTS) == [0.0] * 4
-        assert not is_set(slave, "launched")
-    found = launched(slave, 1e-3, time, **contact(DRIVER))
-    assert found == launched(companion("Launch"), **contact(DRIVER))
-    slower = contact(DRIVER | {"club_speed": 10.0})
-    assert launched(slave, 1e-3, time + 1e-3, **slower) == found
-
-
-@pytest.mark.parametrize(
-    "bad",
-    [
-        {"coefficient_of_restitution": 0.0},
-        {"coefficient_of_restitution": 1.1},
-        {"club_velocity": 100.0},
-        {"ball_velocity": math.nan},
-    ],
-)
-def test_what_is_no_contact_is_refused_until_corrected(companion, bad):
-    slave = companion("Launch")
-    put(slave, **contact(DRIVER) | bad, separated=True)
-    for _ in range(2):
-        with pytest.raises(FMICallException):
-            slave.doStep(0.0, 1e-3)
-    assert get(slave, *OUTPUTS) == [0.0] * 4
-    assert launched(slave, **contact(DRIVER)) == launched(companion("Launch"), **contact(DRIVER))
-
-
 # By hand
 
-#: Masses of 0.2 and 0.05 kg at 30 m/s without damping; with a loft of tan 1/4 or 1 the face
-#: slides by 7.5 or 30 m/s.
+#: Masses of 0.2 and 0.05 kg at 30 m/s without damping, where COR may exceed 1 by rounding errors;
+#: with a loft of tan 1/4 or 1 the face slides by 7.5 or 30 m/s.
 STRUCK = {
-    "ball_velocity": 48.0, "club_velocity": 18.0, "smash_factor": 1.6,
-    "coefficient_of_restitution": 1.0,
+    "m_club": 0.2, "m_ball": 0.05, "ball_diameter": 0.04, "ball_velocity": 48.0,
+    "club_velocity": 18.0, "smash_factor": 1.6, "coefficient_of_restitution": 1.0 + 4e-16,
 }  # fmt: skip
 LAUNCHES = {
     # ρ = 3 and κ = 1/3: half a tangential oscillation, which reverses the sliding: 2 · 7.5/75 N·s.
     "sticks": ({"friction": 1e3, "tangential_stiffness_ratio": 1.0 / 3.0}, 0.25, (0.2, 500.0, 4.0)),
     # Coulomb: 0.05 · 2.4 N·s.
     "slips": ({"friction": 0.05}, 1.0, (0.12, 300.0, 2.4)),
+    # A club at rest, which the ball meets, has no smash factor.
+    "doesn't slide": ({"smash_factor": 0.0}, 1.0, (0.0, 0.0, 0.0)),
 }
 
 
 @pytest.mark.parametrize(("values", "loft", "expected"), LAUNCHES.values(), ids=LAUNCHES)
 def test_by_hand(companion, values, loft, expected):
     """Spin: impulse / (0.4 m r), a solid ball's."""
-    ball = {"m_club": 0.2, "m_ball": 0.05, "ball_diameter": 0.04, "dynamic_loft": math.atan(loft)}
-    launch = companion("Launch", **ball, **values)
-    put(launch, **STRUCK, separated=True)
-    launch.doStep(0.0, 1e-3)
-    names = "tangential_impulse", "backspin", "ball_speed", "launch_angle"
     impulse, spin, across = expected
     angle = math.atan(loft) - math.atan(across / 48.0)
-    expected = [impulse, spin, math.hypot(48.0, across), angle]
-    assert get(launch, *names) == pytest.approx(expected, rel=1e-12)
+    found = launched(companion("Launch", **STRUCK | values, dynamic_loft=math.atan(loft)))
+    expected = [math.hypot(48.0, across), angle, spin, impulse]
+    assert [*found.values()] == pytest.approx(expected, rel=1e-12)
