@@ -299,6 +299,7 @@ def test_a_line_of_cor(seed):
         assert one.value == pytest.approx(expected, abs=2e-3 * error)
         assert np.ptp(one.interval) == pytest.approx(2.0 * student * one.standard_error)
     assert_found(found, PENNER)
+    assert not {"k", "contact_time", "max_force"} & {*found.values, *found.predicted}
     # A steep line ends below the speeds of predictions.
     assert calibrate(cor_speeds=([25.0, 30.0, 35.0], [0.356, 0.23, 0.105])).predictions == {}
 
@@ -306,8 +307,8 @@ def test_a_line_of_cor(seed):
 def test_all_together():
     """Curve, COR line and a scalar in one fit; the curve's COR counts for the line."""
     force = golf_impact.run_impact(("max_force",), **{**BALL, **AT, **PENNER})["max_force"]
-    time, measured = record(140, baseline=(100.0, 0.0), **PENNER)
-    given = {"cor_speeds": line(1), "max_force": (force, 60.0), "baseline": "constant"}
+    time, measured = record(140, baseline=(100.0, 500.0), **PENNER)
+    given = {"cor_speeds": line(1), "max_force": (force, 60.0), "baseline": "linear"}
     found = calibrate((time, measured), exponent=1.6, **AT, **given)
     assert list(found.parameters) == ["k", *PENNER]
     assert_found(found, {**BALL, **PENNER})
@@ -320,10 +321,11 @@ def test_all_together():
     _, given_force, _, model, residual = found.tables()[1][2][0]
     assert float(model) == pytest.approx(found.predicted["max_force"], abs=0.6)
     assert float(model) - float(given_force) == pytest.approx(60.0 * float(residual), abs=1.5)
-    # The figure: measured without its offset and fitted, over the time since touch; residuals.
+    # The figure: measured without its baseline and fitted, over the time since touch; residuals.
     curve, cors, targets, *below = found.draw().axes
-    own = found.curves["curve"]
-    exact = 1e6 * (time - own["touch"].value), measured - own["offset"].value
+    touch, offset, drift = (one.value for one in found.curves["curve"].values())
+    baseline = offset + drift * (time - found.data.curves["curve"].origin)
+    exact = 1e6 * (time - touch), measured - baseline
     for above, residuals, points in zip((curve, cors), below, (exact, line(1))):
         (dots, fit), (off, _) = above.lines, residuals.lines
         assert np.array(dots.get_data()) == pytest.approx(np.array(points))
