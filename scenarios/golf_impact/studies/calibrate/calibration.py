@@ -257,10 +257,9 @@ class Calibration:
 
     def __repr__(self) -> str:
         found = [f"  {name} = {text}" for name, text, _ in self.tables()[0][2]]
-        square = self.chi_squared if self.chi_squared >= 5e-4 else 0.0
-        freedom = f"degrees of freedom {self.degrees_of_freedom}"
         title = f"Calibration: {self.title} (law 2)"
-        return "\n".join([title, *found, f"  χ² = {square:.3f}, {freedom}"])
+        square = f"  χ² = {self.chi_squared:.3f}, degrees of freedom {self.degrees_of_freedom}"
+        return "\n".join([title, *found, square])
 
     words = property(report.sentences)
     tables = report.tables
