@@ -25,6 +25,10 @@ HERE = Path(__file__).resolve().parent
 os.environ.pop("FORCE_COLOR", None)
 os.environ["COLUMNS"] = "120"
 
+# Where containers switch bytecode off, each process would compile all its modules anew.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
+
 #: s; with the defaults.
 LAW_2_CONTACT = 6.010445569987614e-4
 
