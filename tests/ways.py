@@ -15,7 +15,6 @@ import fmpy
 import fmus
 import numpy as np
 import pytest
-from components import put
 from fmpy.fmi1 import FMICallException
 from golf_physics.component.component import Component
 from golf_physics.variables import BY_NAME, VARIABLES
@@ -96,7 +95,9 @@ class InProcess(Stepped):
         self.component.exit_initialization()
 
     def set(self, **values):
-        put(self.component, **values)
+        for name, value in values.items():
+            row = BY_NAME[name]
+            self.component.set_values([row.reference], [value], row.type)
 
     def _step(self, point, size):
         return self.component.step(point, size)

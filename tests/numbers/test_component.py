@@ -11,15 +11,13 @@ import math
 import random
 from fractions import Fraction
 
-import components
 import pytest
 from compare import assert_close
-from components import initialized
-from golf_physics.component.component import Component
 from golf_physics.laws import LAWS, Law, integrated
 from golf_physics.laws.law import LinearLaw
 from golf_physics.values import Inputs, Motion, Parameters
 from golf_physics.variables import MOTION, VARIABLES
+from ways import InProcess
 
 import golf_impact
 
@@ -268,22 +266,20 @@ class Both(LinearLaw):
 def test_a_law_without_a_number(monkeypatch, beyond):
     """A change that leads there is refused and has no effect; an output is NaN."""
     monkeypatch.setitem(LAWS, 2, Spring(beyond))
-    messages = []
-    component = initialized(Component, messages.append, law=2)
-    assert component.step(0.0, 1e-4)
-    before = components.get(component, "force")
-    components.put(component, k=2e6)
-    assert not component.step(1e-4, 1e-4)
-    assert "k = 2000000.0, b = 9.0 are refused" in messages[-1].sentence
-    assert components.get(component, "force") == before
-    components.put(component, k=1e6)
-    assert component.step(1e-4, 1e-4)
-    other = Component(messages.append)
-    other.enter_initialization()
-    components.put(other, law=2, k=2e6)
+    way, other = InProcess().begin({"law": 2}), InProcess()
+    assert way.step(1e-4)
+    before = way["force"]
+    way.set(k=2e6)
+    assert not way.step(1e-4)
+    assert "k = 2000000.0, b = 9.0 are refused" in way.messages[-1]
+    assert way["force"] == before
+    way.set(k=1e6)
+    assert way.step(1e-4)
+    other.component.enter_initialization()
+    other.set(law=2, k=2e6)
     for names in (["force"], MOTION):
-        assert all(map(math.isnan, components.get(other, *names)))
-    assert "must be a finite number" in messages[-1].sentence
+        assert all(map(math.isnan, other.read(names).values()))
+    assert "must be a finite number" in other.messages[-1]
 
 
 def by_integration(law, *given):
@@ -319,9 +315,8 @@ def test_an_integration_that_diverges_is_refined():
 # Refusals
 
 
-def test_a_step_to_a_touch_that_is_refused():
+def test_a_step_to_a_touch_that_is_refused(way):
     """At 35 m/s the COR would be 0.1 - 0.1015: refused if touch falls at the end of the step."""
     for size, accepted in ((0.01, False), (0.01 * (1.0 - 1e-9), True)):
         line = {"restitution_at_rest": 0.1, "restitution_slope": 0.0029}
-        component = initialized(law=2, gap=0.35, **line)
-        assert component.step(0.0, size) == accepted
+        assert way.begin({"law": 2, "gap": 0.35, **line}).step(size) == accepted

@@ -5,13 +5,12 @@ import itertools
 
 import pytest
 from cases import DEFAULTS, KINDS
-from components import initialized, put
 from golf_physics import codec
 from golf_physics.component.component import Component
 from golf_physics.component.state import CLASSES
 from golf_physics.impact import Approach, Contact, Flight, Impact, advance
 from golf_physics.values import Inputs, Parameters
-from golf_physics.variables import VARIABLES
+from golf_physics.variables import BY_NAME, VARIABLES
 
 ALL_REALS = [row.reference for row in VARIABLES if row.type == "Real"]
 
@@ -53,9 +52,11 @@ def test_an_impact_never_changes(kind):
 
 def changing(steps):
     """A component whose k has been changed at every one of so many steps, in contact."""
-    component = initialized(report=pytest.fail)
+    component = Component(pytest.fail)
+    component.enter_initialization()
+    component.exit_initialization()
     for n in range(steps):
-        put(component, k=1e6 + 1e3 * (n % 7))
+        component.set_values([BY_NAME["k"].reference], [1e6 + 1e3 * (n % 7)])
         assert component.step(n * 1e-6, 1e-6)
     return component
 
