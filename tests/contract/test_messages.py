@@ -133,7 +133,7 @@ def test_categories_of_messages(way_of, kind, categories, sent):
 # Signals: of hosts that are a Python, in processes of their own
 
 _INSTANCE = """
-import collections, os, random, signal, sys, threading, time
+import collections, os, random, signal, sys, threading
 from fmpy import extract
 from fmus import begin, discard, make_instance, step_status
 folder = extract(sys.argv[1])
@@ -166,24 +166,13 @@ print("done")
 _INTERRUPTED = """
 # A process in the background ignores Ctrl-C.
 signal.signal(signal.SIGINT, signal.default_int_handler)
-times, ready = int(sys.argv[2]), threading.Event()
-
-def interrupt():
-    waiting = random.Random(1)
-    while True:
-        ready.wait()
-        time.sleep(waiting.uniform(0.002, 0.006))
-        ready.clear()
-        os.kill(os.getpid(), signal.SIGINT)
-
 sys.setswitchinterval(1e-4)
-threading.Thread(target=interrupt, daemon=True).start()
-seen = collections.Counter()
-for _ in range(times):
-    slave = begin(make_instance(folder))
+waiting, seen = random.Random(1), collections.Counter()
+for _ in range(int(sys.argv[2])):
+    slave, n = begin(make_instance(folder)), 0
+    ctrl_c = threading.Timer(waiting.uniform(0.002, 0.006), os.kill, (os.getpid(), signal.SIGINT))
     try:
-        ready.set()
-        n = 0
+        ctrl_c.start()
         while True:
             slave.doStep(n * 1e-9, 1e-9)
             slave.getReal(slave.reals)
