@@ -40,18 +40,13 @@ def for_all(once):
     return for_all
 
 
-@pytest.fixture(scope="module", params=[2, 3])
-def content(request, for_all):
-    """The version of FMI, size and files by name of the FMU for all platforms."""
-    file = for_all(request.param)
-    return request.param, file.stat().st_size, unpack(file)
-
-
 @pytest.mark.ci  # eight builds by zig
-def test_what_a_build_contains(request, content):
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_what_a_build_contains(request, for_all, fmi):
     """Small, the same bytes at every build; libraries that need the C library alone."""
-    fmi, size, files = content
-    assert size < 1e6
+    file = for_all(fmi)
+    assert file.stat().st_size < 1e6
+    files = unpack(file)
     machines = {"Linux x86_64", "Windows AMD64", "Darwin x86_64", "Darwin arm64"}
     assert native.binaries_of(files) == machines | ({"Linux aarch64"} if fmi == 3 else set())
     licences = {name.rpartition("/")[2] for name in files if "/licenses/" in name}
@@ -65,12 +60,8 @@ def test_what_a_build_contains(request, content):
     header = int.from_bytes(dll[0x3C:0x40], "little")
     assert dll[header : header + 4] == b"PE\0\0"
     assert dll[header + 8 : header + 12] == bytes(4), "the time of the build"
-
-
-@pytest.mark.ci
-def test_libraries_for_macos(content):
-    """For both processors; they need the C library alone, from wherever the file is."""
-    libraries = [data for name, data in content[-1].items() if name.endswith(".dylib")]
+    # Of macOS for both processors; found from wherever the file is.
+    libraries = [data for name, data in files.items() if name.endswith(".dylib")]
     images = [image for data in libraries for image in re.split(rb"(?=\xcf\xfa\xed\xfe)", data)[1:]]
     machines = sorted(struct.unpack_from("<I", image, 4)[0] for image in images)
     assert machines == [0x01000007, 0x0100000C]
