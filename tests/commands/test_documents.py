@@ -211,8 +211,11 @@ def test_scenarios_import_no_machinery():
         assert not machinery & {part for module in modules for part in module.split(".")}, name
 
 
-def test_scripts_are_all_in_the_list():
-    assert {file.stem for file in FOLDER.glob("*.py")} == {*SCENARIOS, *BY_NAME}
+def test_scripts_are_all_in_the_list_and_run_by_themselves():
+    files = [*FOLDER.glob("*.py")]
+    assert {file.stem for file in files} == {*SCENARIOS, *BY_NAME}
+    end = 'if __name__ == "__main__":\n    main(run)\n'
+    assert all(file.read_text("utf-8").endswith(end) for file in files)
 
 
 def test_nothing_undeclared_is_imported():

@@ -261,7 +261,8 @@ def test_bars_of_indices(axes):
     index = {"k": [0.2, 0.1, 0.3], "b": [0.8, 0.7, 0.9]}
     draw_indices({"total": {"impulse": index, "max_force": index}}, axes)
     assert [bar.get_height() for bar in axes.patches] == [0.2, 0.2, 0.8, 0.8]
-    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["k", "b"]
+    texts = axes.get_legend().get_texts() + axes.get_xticklabels()
+    assert [text.get_text() for text in texts] == ["k", "b", "impulse", "max force"]
 
 
 # On a Dask cluster: the cases are those of one process

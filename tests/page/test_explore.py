@@ -35,13 +35,16 @@ def test_curves_energies_and_momenta(given, tmp_path):
             np.testing.assert_allclose(path[name][since], column, rtol=0.0, atol=1e-12 * scale)
     # The peak and the end of contact are samples.
     assert path["force"].max() == pytest.approx(results["max_force"], rel=1e-12)
-    assert np.abs(path["time"] / results["contact_time"] - 1.0).min() < 1e-12
+    end = np.abs(path["time"] / results["contact_time"] - 1.0).argmin()
+    assert path["time"][end] == pytest.approx(results["contact_time"], rel=1e-12)
     start = 0.5 * (v["m_club"] * v["club_speed"] ** 2 + v["m_ball"] * v["ball_speed"] ** 2)
     work = v["club_force"] * np.where(since, path["club_position"], 0.0)
     energies = sum(path[f"{part}_energy"] for part in ("club", "ball", "spring", "lost"))
     assert energies == pytest.approx(start + work, rel=1e-12)
     assert (np.diff(path["lost_energy"]) > -1e-12 * start).all()
     assert (path["lost_energy"].max() < 1e-12 * start) == (v["b"] == 0.0)
+    lost = (path["lost_energy"] + path["spring_energy"])[end]
+    assert found["metrics"]["energy_lost"] == pytest.approx(lost, abs=1e-12 * start)
     push, total = v["club_force"] * np.maximum(path["time"], 0.0), path["total_momentum"]
     assert (total == pytest.approx(total[0] + push, rel=1e-12)) == (v["law"] == 2)
 
