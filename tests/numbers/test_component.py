@@ -216,15 +216,6 @@ def test_only_pieces_that_are_read_are_integrated(way, monkeypatch):
     assert len(pieces) < 400
 
 
-def test_the_mean_force_of_a_short_step_of_an_integrated_contact(way):
-    """The difference of two impulses would have no digits left."""
-    before = run(way, {"law": 2, "exponent": 1.5, "club_force": 500.0}, [2e-4])["force"]
-    assert way.step(1e-10)
-    now = way.read()
-    assert now["mean_force"] == pytest.approx(0.5 * (before + now["force"]), rel=1e-12)
-    assert before < now["force"]
-
-
 # Laws of one's own
 
 P = Parameters(0.21, 0.04593, 0.04267, 2.0, 0.0, 2, 1.0, 0.005, 0.0, 0.0)
