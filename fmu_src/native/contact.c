@@ -9,7 +9,6 @@ typedef enum { UNDERDAMPED, LINEAR, POWER_LAW, INTEGRATED } ContactKind;
 typedef struct {
     ContactKind kind;
     double duration; /* s; infinite if contact never ends */
-    double rate;     /* the fastest rate of change, 1/s */
     /* By quantity, force and compression: whether the maxima have been found, how many, the first. */
     int found[2], count[2];
     Peak first[2];
@@ -43,8 +42,6 @@ static void contact_begin(Contact *c, const Parameters *p, Inputs inputs, Motion
 {
     memset(c, 0, offsetof(Contact, as));
     if (p->exponent != 1.0) {
-        /* Unbounded: the force has a kink at d = 0. */
-        c->rate = INFINITY;
         /* Under a force it has no closed form: in the scaled time that is a power of x. */
         c->kind = inputs.club_force ? INTEGRATED : POWER_LAW;
         if (c->kind == INTEGRATED) integrated_begin(&c->as.integrated, p, inputs, start);
@@ -58,13 +55,11 @@ static void contact_begin(Contact *c, const Parameters *p, Inputs inputs, Motion
     underdamped_begin(underdamped, given);
     c->kind = UNDERDAMPED;
     c->duration = underdamped->duration;
-    c->rate = underdamped->rate;
     if (c->duration) return;
     LinearContact *linear = &c->as.linear.contact;
     linear_begin(linear, given);
     c->kind = LINEAR;
     c->duration = linear->duration;
-    c->rate = linear->rate;
 }
 
 /* The time scale of the dense output, 1/s. */
@@ -89,13 +84,22 @@ static double contact_value(Contact *c, Quantity quantity, double t)
     return OF_KIND(c, value, quantity, t);
 }
 
+/* Whether the closed form of the impulse of the time before `end` would lose digits. */
+static int is_short(Contact *c, double end, double width)
+{
+    switch (c->kind) {
+    case UNDERDAMPED: return width * c->as.underdamped.rate <= SHORT;
+    case LINEAR: return width * c->as.linear.contact.rate <= SHORT;
+    case INTEGRATED: return is_short_of_panel(&c->as.integrated, end, width);
+    default: return 0; /* a power law's doesn't */
+    }
+}
+
 /* Impulse of the contact force over [begin, begin + width], N.s. */
 static double contact_impulse(Contact *c, double begin, double width)
 {
     double end = begin + width, half = 0.5 * width, total = 0.0;
-    int is_short = c->kind == INTEGRATED ? is_short_of_panel(&c->as.integrated, end, width)
-                                         : width * c->rate <= SHORT;
-    if (!is_short) return OF_KIND(c, impulse, begin, width);
+    if (!is_short(c, end, width)) return OF_KIND(c, impulse, begin, width);
     for (int n = 0; n < GAUSS_POINTS; n++)
         total += GAUSS_WEIGHTS[n] * contact_value(c, FORCE, end - half * (1.0 - GAUSS_NODES[n]));
     return half * total;
