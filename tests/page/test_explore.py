@@ -9,7 +9,7 @@ from importlib.resources import files
 import numpy as np
 import pytest
 from cases import DEFAULTS
-from command import ROOT, golf_here, refused
+from command import ROOT, golf_here
 from compare import contact_scales
 from html5 import check_page
 from tab import by_wasm, facts
@@ -100,9 +100,3 @@ def test_the_command(tmp_path):
     # Task 1's sentence has the numbers of its table.
     assert {"0.725", "0.793", "0.847"} <= {*re.findall(r"<td>(0\.\d{3})\d*</td>", text)}
     assert "m<sub>C</sub> u<sub>C</sub>" in text
-    other.write_text("<p>mine</p>")
-    refused(golf_here("explore", "--export", other), "isn't a page of golf-impact explore")
-    assert other.read_text() == "<p>mine</p>"
-    (tmp_path / "folder.html").mkdir()
-    refused(golf_here("explore", "--export", tmp_path / "folder.html"), "can't write")
-    refused(golf_here("explore", "--set", "k=-1", cwd=tmp_path), "k = -1 N/m is refused")

@@ -11,22 +11,16 @@ from golf_physics.variables import VARIABLES
 README = Path(__file__).resolve().parents[2] / "fmu_src" / "README.md"
 
 
-def markdown(columns, rows):
-    """A table as Markdown."""
-    lines = ["| " + " | ".join(cells) + " |" for cells in (columns, *rows)]
-    return "\n".join((lines[0], "|" + "---|" * len(columns), *lines[1:]))
-
-
 def variables():
     """The table of variables as Markdown."""
-    rows = []
+    rows = [("name", "causality", "unit", "start", "allowed", "meaning"), ("---",) * 6]
     for v in VARIABLES:
         start = "" if v.start is None else f"{v.start:g}"
         allowed = "" if v.causality == "output" else v.allowed
         unit = "" if v.unit in ("", "1") else v.unit.replace(".", "·")
         kind = "Boolean" if v.type == "Boolean" else unit
-        rows.append([f"`{v.name}`", v.causality, kind, start, allowed, v.description])
-    return markdown(("name", "causality", "unit", "start", "allowed", "meaning"), rows)
+        rows.append((f"`{v.name}`", v.causality, kind, start, allowed, v.description))
+    return "\n".join(f"| {' | '.join(cells)} |" for cells in rows)
 
 
 def updated(text):
