@@ -8,10 +8,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.polynomial.polynomial import Polynomial, polyfit, polyval
+from numpy.polynomial.polynomial import polyfit, polyval
 from scipy.interpolate import CubicSpline
 
 from golf_impact.api import run_impact, run_trajectory
@@ -32,14 +32,10 @@ RESTITUTION = {
 }  # fmt: skip
 
 #: Outputs of the FMU that may be measured, by the name that results have.
-_SIZES = (
-    "contact_time",
-    "max_force",
-    "time_of_max_force",
-    "max_compression",
-    "contact_displacement",
-)
-TARGETS = RESTITUTION | dict(zip(_SIZES, _SIZES))
+TARGETS = RESTITUTION | {
+    name: name for name in ("contact_time", "max_force", "time_of_max_force", "max_compression",
+                            "contact_displacement")
+}  # fmt: skip
 
 #: The impact of a measurement, if nothing else is given: speed (m/s) and masses (kg).
 IMPACT = {"club_speed": 35.0, "m_club": 0.210, "m_ball": 0.04593}
@@ -77,8 +73,6 @@ _ALLOWED = {
 
 #: Values by name: those of the law, of an impact, and of curves.
 Values = Mapping[str, Any]
-
-_Series = TypeVar("_Series", bound="Series")
 
 
 def inputs(values: Values, impact: Mapping[str, float]) -> dict[str, Any]:
@@ -152,7 +146,7 @@ class Series:
         """σ; where it isn't given 1 % of the largest value, until residuals determine it."""
         return np.full(len(self.y), 0.01 * self.signal.max()) if self.sigma is None else self.sigma
 
-    def rows(self: _Series, chosen: slice | np.ndarray, **changes: Any) -> _Series:
+    def rows(self, chosen: slice | np.ndarray, **changes: Any) -> Any:
         """These rows alone."""
         places, where = np.arange(len(self.x))[chosen], self.where
         sigma = self.sigma if self.sigma is None else self.sigma[chosen]
@@ -391,13 +385,13 @@ def _read_curve(
     return Curve(**vars(series), impact={**IMPACT, **conditions, **own})
 
 
-def _read_series(given: Any, kind: str, every: Sequence[records.Column], columns: str) -> Series:
+def _read_series(given: Any, name: str, wanted: Sequence[records.Column], columns: str) -> Series:
     """x, y and perhaps σ of a text file, a mapping of columns, or arrays."""
-    names, notes, clipped = [one.name for one in every], [], False
-    where: Callable[[int], str] = partial(_row_of, kind)
+    names, notes, clipped = [one.name for one in wanted], [], False
+    where: Callable[[int], str] = partial(_row_of, name)
     if isinstance(given, str | Path):
-        table = read_table(Path(given), every, columns)
-        read, kind, where = [*table.columns.values()], str(given), table.where
+        table = read_table(Path(given), wanted, columns)
+        read, name, where = [*table.columns.values()], str(given), table.where
         notes, clipped = [*table.notes], table.clipped
         if records.SPEED.name in table.bare:
             notes.append("approach_speed has no unit: taken in m/s")
@@ -409,20 +403,20 @@ def _read_series(given: Any, kind: str, every: Sequence[records.Column], columns
         try:
             read = [*np.stack([np.asarray(column, float) for column in given])]
         except (TypeError, ValueError) as error:
-            raise UserError(f"{kind} must be arrays of one length: {', '.join(names)}") from error
+            raise UserError(f"{name} must be arrays of one length: {', '.join(names)}") from error
     if not 2 <= len(read) <= 3 or not read[0].size:
-        raise UserError(f"{kind} is refused: it has no rows of {', '.join(names[:2])}")
-    for name, column in zip(names, read):
-        low, high, _ = _ALLOWED.get(name, _ABOVE_0)
+        raise UserError(f"{name} is refused: it has no rows of {', '.join(names[:2])}")
+    for of, column in zip(names, read):
+        low, high, _ = _ALLOWED.get(of, _ABOVE_0)
         if (bad := np.flatnonzero(~((column > low) & (column < high)))).size:
-            number(column[bad[0]], name, where(int(bad[0])))
+            number(column[bad[0]], of, where(int(bad[0])))
     x, y, *sigma = read
     of_y = sigma[0] if sigma else None
-    return Series(kind, where, x, y, of_y, notes=tuple(notes), clipped=clipped)
+    return Series(name, where, x, y, of_y, notes=tuple(notes), clipped=clipped)
 
 
-def _row_of(kind: str, row: int) -> str:
-    return f"{kind}, row {row + 1}"
+def _row_of(name: str, row: int) -> str:
+    return f"{name}, row {row + 1}"
 
 
 def _read_shots(path: Any, columns: str, impact: Mapping[str, float]) -> Series:
@@ -453,19 +447,17 @@ def _read_shots(path: Any, columns: str, impact: Mapping[str, float]) -> Series:
     off = cor - slope * club
     off -= np.median(off)
     limit = 3.0 * max(1.4826 * float(np.median(np.abs(off))), 0.003)
-    kept = np.flatnonzero((np.abs(off) <= limit) & (cor > 0.01) & (cor < 1.0))
-    if left := [str(n + 1) for n in range(len(cor)) if n not in kept]:
+    kept = (np.abs(off) <= limit) & (cor > 0.01) & (cor < 1.0)
+    if left := [str(table.lines[n]) for n in np.flatnonzero(~kept)]:
         notes.append(
             f"{len(left)} of {len(cor)} shots are left out as mishits: COR more than {limit:.2g} "
-            "(three robust standard deviations) from the line of the others, or impossible (shots "
+            "(three robust standard deviations) from the line of the others, or impossible (lines "
             f"{', '.join(left[:10])})"
         )
-    if len(kept) < 3 or np.ptp(club[kept]) == 0.0:
+    if kept.sum() < 3 or np.ptp(club[kept]) == 0.0:
         raise UserError(f"{path} is refused: a line needs three shots or more, at several speeds")
-    notes.append(
-        f"COR follows from the smash factor with a club of {impact['m_club']:g} kg; loft isn't "
-        "considered"
-    )
+    mass = f"{impact['m_club']:g} kg"
+    notes.append(f"COR follows from the smash factor with a club of {mass}; loft isn't considered")
     return Series(str(path), table.where, club, cor, notes=tuple(notes)).rows(kept)
 
 
@@ -493,11 +485,11 @@ def conditioned(curve: Curve, baseline: str) -> Curve:
     inside = np.flatnonzero(y - ends.min() > 0.25 * (y.max() - ends.min()))
     origin, lasting = (float(x[inside[0]]), float(np.ptp(x[inside]))) if len(inside) else (0.0, 0.0)
     before, after = x < origin - 0.25 * lasting, x > origin + 1.25 * lasting
-    outside = before | after
+    since, outside = x - origin, before | after
     # The force of a strongly damped contact ends late; a line doesn't describe it.
-    if before.sum() >= _OUTSIDE and _scatter(x, y, after) > 2.0 * _scatter(x, y, before):
+    if before.sum() >= _OUTSIDE and _scatter(since, y, after) > 2.0 * _scatter(since, y, before):
         outside = before
-    found = _baseline(x[outside] - origin, y[outside], baseline)
+    found = _baseline(since[outside], y[outside], baseline)
     curve = replace(curve, y=y, origin=origin, baseline=found)
     force, peak = curve.signal, int(curve.signal.argmax())
     why = ""
@@ -543,10 +535,9 @@ def _first_pulse(x: np.ndarray, y: np.ndarray) -> int:
     """
     high, low = y > 0.25 * y.max(), y < 0.1 * y.max()
     # A pulse ends below a tenth of the largest force.
-    rows = np.flatnonzero(high | low)
-    edges = rows[np.flatnonzero(np.diff(high[rows], prepend=False))]
-    starts = edges[::2]
-    stops = np.append(edges[1::2], np.full(len(edges) % 2, len(y)))
+    rows = np.append(np.flatnonzero(high | low), len(y))
+    edges = rows[np.flatnonzero(np.diff([False, *high[rows[:-1]], False]))]
+    starts, stops = edges[::2], edges[1::2]
     lengths = stops - starts
     long = np.flatnonzero(lengths >= max(5, 0.2 * lengths.max(initial=0)))
     if len(long) < 2 or x[-1] - x[0] > 20.0:
@@ -563,11 +554,9 @@ def _first_pulse(x: np.ndarray, y: np.ndarray) -> int:
 
 def _scatter(x: np.ndarray, y: np.ndarray, rows: np.ndarray) -> float:
     """Standard deviation of rows about a line."""
-    return (
-        float(np.std(y[rows] - Polynomial.fit(x[rows], y[rows], 1)(x[rows])))
-        if rows.sum() > 2
-        else 0.0
-    )
+    if rows.sum() <= 2:
+        return 0.0
+    return float(np.std(y[rows] - polyval(x[rows], polyfit(x[rows], y[rows], 1))))
 
 
 def _baseline(x: np.ndarray, y: np.ndarray, kind: str) -> tuple[float, ...]:

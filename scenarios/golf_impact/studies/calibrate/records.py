@@ -11,7 +11,8 @@ import csv
 import math
 import re
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from itertools import zip_longest
 from pathlib import Path
 from typing import NamedTuple
 
@@ -26,28 +27,29 @@ class Column(NamedTuple):
 
     name: str
     unit: str  #: SI
-    heads: tuple[str, ...]  #: its names in files, also as a word of a longer name
+    heads: tuple[str, ...]  #: its names in files
+    whole: bool = False  #: whether a name must be the whole head; otherwise it may be a word of it
     optional: bool = False
 
 
 TIME = Column("time", "s", ("time", "t", "zeit", "temps", "tiempo", "tempo", "second", "seconds",
     "xaxis", "xvalue"))  # fmt: skip
 FORCE = Column("force", "N", ("force", "f", "fz", "kraft", "load", "newton", "fuerza", "forza"))
-SIGMA = Column("sigma", "N", ("sigma", "σ", "std", "uncertainty", "unsicherheit"), True)
+SIGMA = Column("sigma", "N", ("sigma", "σ", "std", "uncertainty", "unsicherheit"), optional=True)
 SPEED = Column("approach_speed", "m/s", ("speed", "velocity", "v", "geschwindigkeit"))
 COR = Column("cor", "1", ("cor", "restitution", "e", "stosszahl", "stoßzahl"))
 COR_SIGMA = SIGMA._replace(unit="1")
 CLUB = Column("club_speed", "m/s", ("clubspeed", "clubheadspeed", "headspeed", "swingspeed",
-    "clubvelocity", "club"))  # fmt: skip
-BALL = Column("ball_speed", "m/s", ("ballspeed", "ballvelocity", "ball"))
+    "clubvelocity", "club"), whole=True)  # fmt: skip
+BALL = Column("ball_speed", "m/s", ("ballspeed", "ballvelocity", "ball"), whole=True)
 
-#: Units in words, sizes of those of a sensor's signal, and what else a line of units may contain.
+#: Units in words, those of a sensor's signal, and what else a line of units may contain.
 _WORDS = {"second": "s", "sec": "s", "millisecond": "ms", "msec": "ms", "microsecond": "us",
     "usec": "us", "newton": "N", "kilonewton": "kN", "volt": "V", "millivolt": "mV",
-    "pound": "lbf", "lb": "lbf"}  # fmt: skip
+    "pound": "lbf", "lb": "lbf", "-": ""}  # fmt: skip
 _VOLTS = {"v": 1.0, "mv": 1e-3, "uv": 1e-6}
 _BESIDE_UNITS = re.compile(
-    r"|-|sequence|none|a|pc|deg|°|°?c|rpm|yds?|yards|feet|pts|m/s[2²]|(?![xh])\w*\W?unit\w*", re.I
+    r"|sequence|none|a|pc|deg|°|°?c|rpm|yds?|yards|feet|pts|m/s[2²]|(?![xh])\w*\W?unit\w*", re.I
 )
 
 #: Heads of columns that count rows; keys above them of the time between rows, of its inverse, of
@@ -58,43 +60,51 @@ _STEP = re.compile(
     r"(sample|sampling|abtast)(interval|intervall|period|periode|time|zeit)"
 )
 _RATE = re.compile(r"(sample|sampling|abtast|mess|scan)(rate|freq|frequency|frequenz)|rate|hz|fs")
-_START = re.compile(r"(h|x|t|wf)?(start|offset|startoffset|origin|org|zero|0)(time)?|firstx")
+_HERTZ = re.compile(r"([kmg]?)(hz|s(a|ps|/s))", re.I)
+_START = re.compile(r"(h|x|t|wf)?(start|offset|startoffset|origin|org|zero)(time)?|[xt]0|firstx")
 
 _CLOCK = re.compile(r".*\d:\d\d.*|\d{1,4}[-/.]\d\d?[-/.]\d{1,4}\D.*")
-_OVERFLOW = re.compile(r"[-+]?(over.*|ov[fl]|ovrl|ol|clip(ped)?|inf(inity)?|∞|\*+)", re.I)
+_OVERFLOW = re.compile(r"[-+#]?(over.*|ov[fl]d?|ovrl|ol|clip(ped)?|inf(inity)?|∞|\*+)", re.I)
 _SUMMARY = re.compile(r"(average|avg|mean|st(andar)?d|dev|median|min|max|total|mittel).*", re.I)
 
 #: A number with marks of thousands, and perhaps its unit, by decimal mark.
 _NUMBERS = {
     mark: re.compile(
-        rf"([-+]?(?=[{mark}]?\d)(?:\d{{1,3}}(?:[{other}' ]\d{{3}})+(?!\d)|\d*)(?:[{mark}]\d*)?"
-        r"(?:[eEdD][-+]?\d+)?)\s*([^\W\d_]\S*)?"
+        rf"([-+]?(?=[{mark}]?\d)(?:[1-9]\d{{0,2}}(?:[{other}' ]\d{{3}})+(?!\d)|\d*)(?:[{mark}]\d*)?"
+        r"(?:[eEdD][-+]?\d+)?)\s*([^\W\d_].*)?"
     )
     for mark, other in ((".", ","), (",", "."))
 }
+#: Its digits as Python writes them, by decimal mark.
+_PYTHONS = {".": str.maketrans("dD", "ee", ",' "), ",": str.maketrans(",dD", ".ee", ".' ")}
 
 
 class Table(NamedTuple):
     """Columns in SI units by name."""
 
+    path: Path
     columns: dict[str, np.ndarray]
-    where: Callable[[int], str]  #: the place of a row (from 0)
+    lines: list[int]  #: of the rows, from 1
     notes: list[str]  #: what was left out, in sentences
     clipped: bool  #: whether there were marks of an overflow
-    bare: tuple[str, ...]  #: columns whose unit stands nowhere
+    bare: list[str]  #: columns whose unit stands nowhere
+
+    def where(self, row: int) -> str:
+        """The place of a row (from 0), for messages."""
+        return f"{self.path}, row {row + 1} (line {self.lines[row]})"
 
 
 class _Head(NamedTuple):
-    name: str
+    name: str = ""
     unit: str = ""
 
     @classmethod
     def of(cls, cell: str) -> _Head:
         """From `time [ms]`, `F/kN`, `t_us`, `CH1 in V`, `Time (s) Run #1`."""
-        if brackets := [*re.finditer(r"[\[(]([^\])]*)[\])]", cell)]:
+        if brackets := [*re.finditer(r"[\[({<]([^\])}>]*)[\])}>]", cell)]:
             one = next((b for b in reversed(brackets) if _is_unit(b[1])), brackets[-1])
             return cls((cell[: one.start()] + cell[one.end() :]).strip(), _unit(one[1]))
-        match = re.fullmatch(r"(.*?)(?:\s*[/_,|]\s*|(?:^|\s)in\s+|\s+)([^\s_,|]+)", cell)
+        match = re.fullmatch(r"(.*?)(?:\s*[/_,|.]+\s*|(?:^|\s)in\s+|\s+)([^\s_,|.]+)\.?", cell)
         return cls(match[1], _unit(match[2])) if match and _is_unit(match[2]) else cls(cell)
 
     @property
@@ -102,9 +112,26 @@ class _Head(NamedTuple):
         return re.sub(r"[\W_]", "", self.name.lower())
 
     def names(self, one: Column) -> bool:
-        """Whether a word of it is a name of this column."""
+        """Whether it, or a word of it, is a name of this column."""
+        if one.whole:  # club and ball alone may be their kinds
+            return self.key in one.heads and (bool(self.unit) or self.key not in ("club", "ball"))
         words = [self.key, *re.findall(r"[^\W_]+", self.name.lower())]
         return any(h == w or (len(h) > 3 and h in w) for w in words for h in one.heads)
+
+
+class _Text(NamedTuple):
+    """The rows of a file, and what is above them."""
+
+    path: Path
+    lines: list[int]  #: of the rows, from 1
+    heads: list[_Head]  #: of columns; the last one counts rows
+    columns: list[tuple[str, ...]]
+    decimal: str
+    sampling: tuple[float, float] | None  #: time between rows and that of the first, s
+    known: str  #: the header and what is expected, for messages
+
+    def error(self, why: str) -> UserError:
+        return UserError(f"{self.path} is refused: {why}; {self.known}")
 
 
 def read_table(
@@ -122,96 +149,93 @@ def read_table(
     Raises:
         UserError: it can't be read; the line, the column and what is expected are named.
     """
-    lines = _decode(path)
-    mark, cells = _split(lines)
-    first, stop = _find_rows(cells)
     picked = [_Head.of(one.strip()) for one in re.split(r"[,;](?![^\[(]*[\])])", chosen) if one]
-    sampling = _find_sampling(lines[:first], mark) if TIME in wanted else None
-    if sampling and len(picked) == 1:
+    text = _read_text(path, wanted, picked)
+    if text.sampling and len(picked) == 1:
         picked.insert(0, _Head("row"))
-    width = Counter(map(len, cells[first:stop])).most_common(1)[0][0] if stop else 0
-    heads, header, below = _find_heads(lines[:first], mark, width, wanted, picked)
-    # Below the header a row is one also if its numbers can't be read.
-    while first > below and cells[first - 1] and _is_number(cells[first - 1][0]):
-        first -= 1
-    rows = [n for n in range(first, stop) if cells[n]]
-    if CLUB in wanted:
-        rows = [n for n in rows if not any(map(_SUMMARY.fullmatch, cells[n]))]
-    decimal = _find_decimal([cell for n in rows[:2000] for cell in cells[n]], mark)
-    needed = [one.name for one in wanted if not one.optional]
-    have = f"its header is {header!r}" if header else "it has no header"
-    have += f"; expected {','.join(needed)}; choose columns by name or number: --columns "
-    have += "'TIME [s],CH2 [2 kN/V]'" if FORCE in wanted else "'1 [mph],2'"
-    letters = [line.strip() for line in lines[:first] if re.match(r"\s*[^\W\d_]", line)]
-    if letters and not (header or picked):
-        why = f"the line {letters[-1]!r} above its numbers is no header of {width} columns"
-        raise UserError(f"{path} is refused: {why}; {have}")
-
     columns: dict[str, np.ndarray] = {}
     bad: dict[int, tuple[int, str]] = {}
-    clipped, bare = np.zeros(len(rows), bool), []
-    for n, one in enumerate(wanted):
-        given = picked[n] if n < len(picked) else _Head("")
-        if one.optional and picked and not given.name:
+    clipped, bare, unit = np.zeros(len(text.lines), bool), [], ""
+    for one, given in zip(wanted, [*picked, *[_Head()] * len(wanted)]):
+        places = _places(text, one, given, wanted)
+        if one.optional and not given.name and (picked or not places):
             continue
-        places = _places(one, given, heads, wanted)
-        if not (header or picked) and width == len(needed):
-            places = [n] * (n < width)
-        timeless = not any(_cell(cells[row], p) for p in places for row in rows[:9])
-        if one is TIME and (given.key == "row" or (sampling and timeless)):
-            places = [-1]
-        if len(places) != 1 or not rows:
-            if one.optional and not (places or given.name):
-                continue
+        if len(places) != 1 or not text.lines:
             what = f"{len(places) or 'no'} column{'s' * bool(places)} {given.name or one.name}"
-            raise UserError(f"{path} is refused: {what}; {have}")
-        place, own = places[0], heads[places[0]].unit
-        found = [_number(_cell(cells[row], place), decimal) for row in rows]
-        values, own = np.array([value for value, _ in found]), own or found[0][1]
-        if place < 0:
-            values, own = np.arange(float(len(rows))), ""
-        bad = dict.fromkeys(np.flatnonzero(np.isnan(values)).tolist(), (place, one.name)) | bad
+            raise text.error(what)
+        values, own = _values(text, places[0])
+        if one in (CLUB, BALL):
+            values[values <= 0.0] = math.nan  # not measured
+        bad = dict.fromkeys(np.flatnonzero(np.isnan(values)).tolist(), (places[0], one.name)) | bad
         if one is FORCE:
             clipped = _are_overflows(values)
-        factor, start = _factor(given.unit, own, one.unit), 0.0
-        counts = one is TIME and not given.unit and not _size(own, "s")
-        counts = counts and (place < 0 or set(np.diff(values[:50])) == {1.0})
-        if counts and (sampling or place < 0 or heads[place].key in _COUNTS):
-            if not sampling:
-                why = f"column {given.name or heads[place].name!r} counts rows"
+        unit = given.unit or own or unit * one.optional
+        factor, start = _factor(unit, own, one.unit), 0.0
+        if one is TIME and not given.unit and _counts(text, places[0], values, own):
+            if not text.sampling:
+                why = f"column {given.name or text.heads[places[0]].name!r} counts rows"
                 how = "give the time between them: --columns 'row [1.2 us],2 [N]'"
                 raise UserError(f"{path} is refused: {why}: {how}")
-            factor, start = sampling
-        elif not (given.unit or own):
+            factor, start = text.sampling
+        elif not unit:
             bare.append(one.name)
         if not factor:
             known = ", ".join(symbol for symbol, (si, _) in SYMBOLS.items() if si == one.unit)
             known += ", or a sensor's sensitivity such as 2 kN/V or 10 mV/N" * (one is FORCE)
-            why = f"the unit {given.unit or own!r} of {one.name} is none of {known}"
-            raise UserError(f"{path}: {why}; {have}")
+            raise text.error(f"the unit {unit!r} of {one.name} is none of {known}")
         columns[one.name] = start + factor * values
 
     notes = []
     if bad:
         at = min(bad)
-        (place, name), line = bad[at], rows[at] + 1
-        cell = _cell(cells[rows[at]], place)
-        if len(bad) > missing * len(rows):
+        place, name = bad[at]
+        cell = text.columns[place][at]
+        if len(bad) > missing * len(text.lines):
             why = "a clock time: give seconds" if _CLOCK.fullmatch(cell) else "it must be a number"
             more = f"; {len(bad)} rows can't be read" * (len(bad) > 1)
-            what = f"{path}, line {line}, column {place + 1} ({name}): {cell!r} is refused: {why}"
-            raise UserError(what + more, name, cell, why)
-        notes.append(f"{len(bad)} unreadable rows left out, the first in line {line}")
+            where = f"{path}, line {text.lines[at]}, column {place + 1} ({name})"
+            raise UserError(f"{where}: {cell!r} is refused: {why}{more}", name, cell, why)
+        notes.append(f"{len(bad)} unreadable rows left out, the first in line {text.lines[at]}")
     if clipped.any():
         notes.append(f"{clipped.sum()} rows at a mark of overflow are left out: clipped")
-    kept = [at for at in range(len(rows)) if not (at in bad or clipped[at])]
-    return Table(
-        {name: values[kept] for name, values in columns.items()},
-        lambda row: f"{path}, row {row + 1} (line {rows[kept[row]] + 1})",
-        notes,
-        bool(clipped.any()),
-        tuple(bare),
-    )
+    kept = [at for at in range(len(text.lines)) if not (at in bad or clipped[at])]
+    columns = {name: values[kept] for name, values in columns.items()}
+    return Table(path, columns, [text.lines[at] for at in kept], notes, bool(clipped.any()), bare)
+
+
+def _read_text(path: Path, wanted: Sequence[Column], picked: Sequence[_Head]) -> _Text:
+    """Rows and heads of a file.
+
+    UserError: there are letters above the rows, but no header.
+    """
+    lines = _decode(path)
+    mark, cells = _split(lines)
+    first, stop = _find_rows(cells)
+    sampling = _find_sampling(lines[:first], mark) if TIME in wanted else None
+    width = Counter(map(len, cells[first:stop])).most_common(1)[0][0] if stop else 0
+    heads, header, below = _find_heads(lines[:first], mark, width, wanted, picked)
+    # Below the header a row is one also if its numbers can't be read.
+    first = next((n for n in range(below, first) if _is_number("".join(cells[n][:1]))), first)
+    rows = [n for n in range(first, stop) if cells[n]]
+    if CLUB in wanted:
+        rows = [n for n in rows if not any(map(_SUMMARY.fullmatch, cells[n]))]
+    columns = [*zip_longest(*(cells[n] for n in rows), fillvalue="")]
+    decimal = _find_decimal([cell for column in columns for cell in column[:2000]], mark)
+    names = [one.name for one in wanted if not one.optional]
+    if not (header or picked) and width == len(names):
+        heads = [_Head(name) for name in names]
+    columns += [("",) * len(rows)] * (len(heads) - len(columns))
+    columns.append(tuple(map(str, range(len(rows)))))
+    known = f"its header is {header!r}" if header else "it has no header"
+    known += f"; expected {','.join(names)}; choose columns by name or number: --columns "
+    known += "'TIME [s],CH2 [2 kN/V]'" if FORCE in wanted else "'1 [mph],2'"
+    heads = [*heads, *[_Head()] * (len(columns) - 1 - len(heads)), _Head("row")]
+    text = _Text(path, [n + 1 for n in rows], heads, columns, decimal, sampling, known)
+    letters = [line.strip() for line in lines[:first] if re.match(r"\s*[^\W\d_]", line)]
+    if letters and not (header or picked):
+        what = f"the line {letters[-1]!r} above its numbers"
+        raise text.error(f"{what} is no header of {width} columns")
+    return text
 
 
 def _decode(path: Path) -> list[str]:
@@ -231,6 +255,9 @@ def _decode(path: Path) -> list[str]:
     lines = re.split(r"\r*\n|\r", text)
     if max(map(len, lines)) > (most := csv.field_size_limit()):
         raise UserError(f"can't read {path}: a line has more than {most} characters")
+    for n, line in enumerate(lines[:-1]):
+        if re.search(r'(^|[\t;,])"[^"]*$', line):  # a cell of two lines
+            lines[n : n + 2] = "", f"{line} {lines[n + 1]}"
     return lines
 
 
@@ -245,26 +272,23 @@ def _split(lines: Sequence[str]) -> tuple[str | None, list[list[str]]]:
         every = sum(len(row) if number else 1 for row, number in zip(rows, numbers))
         return sum(numbers) / max(every, 1), sum(numbers)
 
-    marks = [mark for mark in "\t;," if any(mark in line for line in some)]
+    marks = [mark for mark in "\t;,|" if any(mark in line for line in some)]
     mark = max((*marks, None), key=score)
-    return mark, [_cells(line, mark) for line in lines]
+    cells = [_cells(line, mark) for line in lines]
+    for row in cells:
+        while row and not row[-1]:
+            row.pop()
+    return mark, cells
 
 
 def _cells(line: str, mark: str | None) -> list[str]:
-    """Cells of a line; a mark at its end begins none, and a comment may follow numbers."""
+    """Cells of a line; a comment may follow numbers."""
     if "#" in line and re.match(r'["\s]*[-+.]?\d[^#]*\s#', line):
         line = line.partition("#")[0].rstrip()
     if mark is None:
         return line.replace('"', "").split()
     row = next(csv.reader([line], delimiter=mark)) if '"' in line else line.split(mark)
-    row = [cell.strip(" ") for cell in row]
-    while row and not row[-1]:
-        row.pop()
-    return row
-
-
-def _cell(row: Sequence[str], place: int) -> str:
-    return row[place] if place < len(row) else ""
+    return [cell.strip(" ") for cell in row]
 
 
 def _find_rows(cells: Sequence[list[str]]) -> tuple[int, int]:
@@ -324,12 +348,14 @@ def _find_heads(
 
 def _header_cells(line: str, mark: str | None, width: int) -> list[str]:
     """Cells of a line above the rows, by their delimiter or another one."""
-    text = line.strip().lstrip("#%!/ ").strip()
-    rows = [_cells(text, one) for one in (mark or "\t", "\t", ";", ",")]
+    text = re.sub(r"^[ #%!/]+", "", line.rstrip(" "))
+    row = _cells(text, mark or "\t")
+    if text and (mark or not width) and (len(row) >= width or (len(row) > 1 and _are_units(row))):
+        return row
+    rows = [_cells(text, one) for one in "\t;,"]
     if mark is None:
         rows += [re.split(r"\s{2,}", text), re.split(r"\s+(?![\[(])", text)]
-    wide = len(rows[0]) >= max(width, 1) and (mark or not width)
-    return rows[0] if wide else next((row for row in rows if text and len(row) == width), [])
+    return next((row for row in rows if text and len(row) == width), [])
 
 
 def _find_sampling(above: Sequence[str], mark: str | None) -> tuple[float, float] | None:
@@ -340,108 +366,116 @@ def _find_sampling(above: Sequence[str], mark: str | None) -> tuple[float, float
         marks = r"[\t;=:,]" if mark in (",", None) else r"[\t;=:]"
         line = re.sub(r"\d+:\d\d\S*", "", line)  # a clock time
         cells = [one.strip(' "#') for one in re.split(rf"{marks}|\s+(?=[-+]?[.\d])", line)]
-        pairs = [(key, cell) for n, key in enumerate(cells) for cell in cells[n + 1 : n + 3]]
-        for key, cell in [*pairs, *zip(before, cells)]:
+        # A key is above its number, or before it, perhaps with a cell between them.
+        pairs = [*zip(before, range(len(cells)))]
+        pairs += [(key, n) for gap in (2, 1) for n, key in enumerate(cells[:-gap], gap)]
+        for key, n in pairs:
             head = _Head.of(key)
-            number = _NUMBERS["," if "," in cell else "."].fullmatch(cell)
-            if not number:
-                continue
-            value = _float(number[1], "," if "," in cell else ".")
-            unit = head.unit or _unit(number[2] or "")
+            value, unit = _parse(cells[n], _find_decimal(cells[n : n + 1], mark))
+            units = (unit, head.unit, *cells[n + 1 : n + 2])
+            seconds = next((size for si, size in map(_si, units) if si == "s"), 1.0)
             if _STEP.fullmatch(head.key) and value > 0.0:
-                found.setdefault("step", value * (_size(unit, "s") or 1.0))
+                found["step"] = value * seconds
             elif _RATE.fullmatch(head.key) and value > 0.0:
-                prefix = {"k": 1e3, "m": 1e6, "g": 1e9}.get(unit[:1].lower(), 1.0)
-                found.setdefault("rate", value * prefix)
-            elif _START.fullmatch(head.key):
-                found.setdefault("start", value * (_size(unit, "s") or 1.0))
+                prefix = next((one[1] for one in map(_HERTZ.match, units) if one), "")
+                found["step"] = 1.0 / (
+                    value * {"": 1.0, "k": 1e3, "m": 1e6, "g": 1e9}[prefix.lower()]
+                )
+            elif _START.fullmatch(head.key) and math.isfinite(value):
+                found["start"] = value * seconds
         before = cells
-    if not found.keys() & {"step", "rate"}:
-        return None
-    return found.get("step") or 1.0 / found["rate"], found.get("start", 0.0)
+    return (found["step"], found.get("start", 0.0)) if "step" in found else None
 
 
-def _places(
-    one: Column, given: _Head, heads: Sequence[_Head], wanted: Sequence[Column]
-) -> list[int]:
+def _places(text: _Text, one: Column, given: _Head, wanted: Sequence[Column]) -> list[int]:
     """The numbers of the columns that this may be."""
-    if given.name:
-        named = [n for n, head in enumerate(heads) if head.key and head.key == given.key]
-        number = int(given.name) if given.name.isdecimal() else 0
-        return named or [number - 1] * (0 < number <= len(heads))
+    heads, rows = text.heads, len(text.heads) - 1
     others = [other for other in wanted if other.optional and other is not one]
-    speeds = one in (CLUB, BALL)
-    exact = [
-        n for n, head in enumerate(heads)
-        if head.key in one.heads and not (head.key == "club" and _size(head.unit, "m/s") == 0.0)
-    ]  # fmt: skip
-    if exact:
-        return exact[:1] if speeds else exact
-    found = [
-        n for n, head in enumerate(heads)
-        if head.names(one) and not speeds and not any(map(head.names, others))
-    ]  # fmt: skip
-    if not found and one in (TIME, FORCE):
-        found = [n for n, head in enumerate(heads) if _size(head.unit, one.unit)]
-        found = (
-            found
-            if len(found) == 1
-            else [n for n, head in enumerate(heads[:1]) if one is TIME and head.key in _COUNTS]
-        )
+    if given.key == "row":
+        return [rows]
+    if given.name:
+        number = int(given.name) if given.name.isdecimal() else 0
+        found = [n for n, head in enumerate(heads) if head.key and head.key == given.key]
+        found = found or [number - 1] * (0 < number <= rows)
+    else:
+        named = [n for n, head in enumerate(heads) if head.names(one)]
+        found = [n for n in named if heads[n].key in one.heads]
+        found = found or [n for n in named if not any(map(heads[n].names, others))]
+        if not found and one in (TIME, FORCE):
+            found = [n for n, head in enumerate(heads) if _si(head.unit)[0] == one.unit]
+            if len(found) != 1:
+                found = [0] * (one is TIME and heads[0].key in _COUNTS)
+    if one is TIME and text.sampling and not any(c for n in found for c in text.columns[n][:9]):
+        return [rows]
     return found
 
 
+def _values(text: _Text, place: int) -> tuple[np.ndarray, str]:
+    """Numbers of a column, NaN where there is none or it has another unit, and their unit."""
+    found = [_number(cell, text.decimal) for cell in text.columns[place]]
+    own = text.heads[place].unit or found[0][1]
+    return np.array([v if not u or _si(u) == _si(own) else math.nan for v, u in found]), own
+
+
+def _counts(text: _Text, place: int, values: np.ndarray, unit: str) -> bool:
+    """Whether a column counts rows, from any number on."""
+    counted = text.sampling or text.heads[place].key in _COUNTS
+    return bool(counted) and _si(unit)[0] != "s" and not np.any(np.diff(values) != 1.0)
+
+
 def _find_decimal(cells: Sequence[str], mark: str | None) -> str:
-    """The decimal mark, by what can't be a mark of thousands."""
-    commas = [cell for cell in cells if "," in cell and _is_number(cell)]
-    if not commas or any(cell.rfind(".") > cell.rfind(",") for cell in commas):
-        return "."
-    thousands = all(re.fullmatch(r"[-+]?[1-9]\d{0,2}(,\d{3})+", cell) for cell in commas)
-    points = any("." in cell and "," not in cell for cell in cells)
-    return "." if thousands and (points or mark == "," or len(commas) < 0.5 * len(cells)) else ","
+    """The decimal mark by which most cells are numbers; 1,250 may be one of either kind."""
+    point, comma = (sum(map(bool, map(_NUMBERS[one].fullmatch, cells))) for one in ".,")
+    commas = sum("," in cell for cell in cells)
+    usual = mark != "," and commas >= 0.5 * len(cells)
+    return "," if comma > point or (comma == point and usual) else "."
+
+
+def _parse(cell: str, decimal: str) -> tuple[float, str]:
+    """A number, otherwise NaN, and the text behind it."""
+    match = _NUMBERS[decimal].fullmatch(cell)
+    return (
+        (float(match[1].translate(_PYTHONS[decimal])), match[2] or "") if match else (math.nan, "")
+    )
 
 
 def _number(cell: str, decimal: str) -> tuple[float, str]:
     """Its value, and its unit if it has one; infinite for a mark of overflow, otherwise NaN."""
-    match = _NUMBERS[decimal].fullmatch(cell)
-    if match and (not match[2] or _is_unit(match[2])):
-        return _float(match[1], decimal), _unit(match[2] or "")
-    return (math.inf if _OVERFLOW.fullmatch(cell) else math.nan), ""
-
-
-def _float(text: str, decimal: str) -> float:
-    try:
-        return float(text if decimal == "." else text.replace(",", "."))
-    except ValueError:
-        digits = re.sub(r"[' ]" + ("|," if decimal == "." else r"|\."), "", text)
-        return float(re.sub("[dD]", "e", digits.replace(",", ".")))
+    value, unit = _parse(cell, decimal)
+    if math.isnan(value) and _OVERFLOW.fullmatch(cell):
+        return math.inf, ""
+    return (value, unit) if not unit or _is_unit(unit) else (math.nan, "")
 
 
 def _is_number(cell: str) -> bool:
-    matches = (number.fullmatch(cell) for number in _NUMBERS.values())
-    return any(match and (not match[2] or _is_unit(match[2])) for match in matches)
+    return any(math.isfinite(_number(cell, mark)[0]) for mark in _NUMBERS)
 
 
 def _are_overflows(values: np.ndarray) -> np.ndarray:
     """Infinite values, those of 9.9E+37, and the largest if its digits are nines and far above."""
     sizes = np.abs(values)
-    largest, *others = np.unique(sizes[sizes < 9e36])[::-1][:2].tolist() or [0.0]
-    nines = (
-        re.fullmatch(r"(?=.{4})9+\.?9*", f"{largest:.8g}")
-        and max(others, default=0.0) < 0.5 * largest
-    )
-    return (sizes >= 9e36) | (sizes == largest if nines else False)
+    *others, largest = np.unique(sizes[sizes < 9e36])[-2:].tolist() or [0.0]
+    nines = re.fullmatch(r"(?=.{4})9+\.?9*", f"{largest:.8g}")
+    alone = nines and max(others, default=0.0) < 0.5 * largest
+    return (sizes >= 9e36) | (sizes == largest if alone else False)
 
 
 def _unit(text: str) -> str:
     """A unit's symbol from a symbol or a word, perhaps in brackets or behind a channel (CH1:V)."""
-    text = text.rpartition(":")[2].strip("[]() ")
+    text = text.rpartition(":")[2].strip("[](){}<> ")
     return _WORDS.get(text.lower().removesuffix("s"), "mV" if text == "MV" else text)
 
 
-def _is_unit(text: str) -> bool:
+def _si(text: str) -> tuple[str, float]:
+    """The SI unit of a unit, V of a sensor's signal, and its size in it; "" of what is none."""
     unit = _unit(text)
-    return unit.lower() in _VOLTS or (symbol_of(unit) in SYMBOLS and not unit.isdigit())
+    if volts := _VOLTS.get(unit.lower()):
+        return "V", volts
+    return SYMBOLS.get(symbol_of(unit), ("", 0.0))
+
+
+def _is_unit(text: str) -> bool:
+    return bool(_si(text)[0]) and not text.isdigit()
 
 
 def _are_units(row: Sequence[str]) -> bool:
@@ -450,29 +484,22 @@ def _are_units(row: Sequence[str]) -> bool:
     return any(units) and all(a or b for a, b in zip(units, beside))
 
 
-def _size(symbol: str, unit: str) -> float:
-    """Of a unit in the SI unit; 0 if it is one of something else."""
-    found, size = SYMBOLS.get(symbol_of(_unit(symbol)), ("", 0.0))
-    return size if found == unit else 0.0
-
-
-def _factor(given: str, own: str, unit: str) -> float:
-    """From a column's given or own unit to the SI unit; 0 if it has another one.
+def _factor(text: str, own: str, unit: str) -> float:
+    """From a unit to the SI unit; 0 if it is one of something else.
 
     A sensitivity, 2 kN/V or 10 mV/N, is that of a sensor whose column is in V, or in mV by its own
     unit; a number before a unit is a factor, 1.6 us.
     """
-    match = re.fullmatch(r"([-+\d.,]+(?:[eE][-+]?\d+)?)\s*(\D.*)", given or own or unit)
-    try:
-        number = float(match[1].replace(",", ".")) if match else 1.0
-    except ValueError:
-        return 0.0
-    symbol = match[2] if match else given or own or unit
-    if _size(symbol, unit):
-        return number * _size(symbol, unit)
-    over, _, under = symbol.partition("/")
-    signal = _VOLTS.get(_unit(own).lower(), 1.0)
-    if volts := _VOLTS.get(_unit(under).lower()):
-        return number * _size(over, unit) / volts * signal
-    volts = _VOLTS.get(_unit(over).lower(), 0.0)
-    return _size(under, unit) / (number * volts) * signal if number * volts else 0.0
+    if not text:
+        return 1.0
+    value, symbol = _parse(text, _find_decimal([text], None))
+    if not symbol:
+        value, symbol = 1.0, text
+    si, size = _si(symbol)
+    if si == unit:
+        return value * size
+    (over, of_over), (under, of_under) = map(_si, symbol.partition("/")[::2])
+    signal = _si(own)[1] if _si(own)[0] == "V" else 1.0
+    if (over, under) == (unit, "V"):
+        return value * of_over / of_under * signal
+    return signal * of_under / (value * of_over) if (over, under) == ("V", unit) and value else 0.0
