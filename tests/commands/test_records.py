@@ -153,6 +153,17 @@ TABLES = {
         "t 1,F",
         [[0, 1, 2, 3], [1, 2, 3, 4]],
     ),
+    "nines": ("time,force\n0,1\n1,99999\n2,3\n", "", [[0, 2], [1, 3]]),
+    "one percent": (
+        "time,force\n" + "".join(f"{n},{'-' if n == 50 else n}\n" for n in range(1, 101)),
+        "",
+        [[n for n in range(1, 101) if n != 50]] * 2,
+    ),
+    "units of few cells": (
+        "no,time,force,x\n,ms,kN\n1,0,1,9\n2,1,2,9\n",
+        "",
+        [[0, 1e-3], [1e3, 2e3]],
+    ),
     "overflow": ("time,force\n0,1\n1,9.9E+37\n2,3\n", "", [[0, 2], [1, 3]]),
 }
 
@@ -188,6 +199,9 @@ REFUSED = [
         "2 rows can't be read",
     ),
     (CURVE, "time,force\n12:01:33.1,1\n12:01:33.2,2\n", "line 2", "a clock time"),
+    (CURVE, "time,force\n" + "1,-\n" + "1,1\n" * 98, "line 2, column 2 (force): '-'"),
+    (CURVE, "time,force\n0,1\n1,2\n0,1\n1,2\n", "row 3 (line 4)", "a further segment"),
+    (CURVE, "time,force\n1 us,1\n1 ms,2\n", "line 3, column 1 (time): '1 ms'"),
     (f"{CURVE} --window 2:1", "time,force\n0,1\n1,2\n", "its end must be after"),
     ("--shots bad.csv", "Club Speed,Ball Speed\n40,60\n45,66\n46,67\n", "m/s or mph"),
     (CURVE, "time,force,time\n0,1,2\n", "2 columns", "time"),
