@@ -419,8 +419,8 @@ class Session:
         put(r.values)
         now = fresh.play("read")[1] if before else {}
         assert not differing({n: v for n, v in now.items() if n not in r.values}, before), before
-        if r.mode in (START_REFUSED, TERMINATED):
-            fresh.play("terminate" if r.mode == TERMINATED else "exitInitializationMode")
+        if r.mode == TERMINATED:
+            fresh.play("terminate")
         return agree
 
     def sync(self):
