@@ -105,6 +105,11 @@ def test_where_there_are_none(output, variable, values, which, reason):
     assert not got.refused.any()
 
 
+def test_none_is_asked_for():
+    assert golf_impact.sensitivities([], ["k"]) == {}
+    assert golf_impact.sensitivities(["impulse"], []) == {"impulse": {}}
+
+
 def test_names_that_are_refused():
     outputs = ({"outputs": name} for name in ("touched", "force", "ball_position"))
     for given in (*outputs, {"wrt": "law"}, {"wrt": "club_force"}):

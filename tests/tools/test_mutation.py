@@ -6,6 +6,8 @@ from pathlib import Path
 import mutants
 import pytest
 
+from golf_impact.data.files import read_toml
+
 SOURCES = {
     "x.py": '''"""1 + 1."""
 LIMIT: int = 3
@@ -43,6 +45,14 @@ def test_a_sample_follows_from_the_seed(monkeypatch):
     one, other = (mutants.sample(60, seed) for seed in (1, 2))
     assert {Path(mutant.file).suffix for mutant in one} == {".py", ".c", ".js"}
     assert one[:5] == mutants.sample(5, 1) != other[:5]
+
+
+def test_equivalent_mutants_are_of_lines_that_exist():
+    for file, *lines, _ in read_toml(Path(__file__).with_name("equivalent_mutants.toml"))[
+        "mutants"
+    ]:
+        found = {line.strip() for line in (mutants.ROOT / file).read_text("utf-8").splitlines()}
+        assert {line[2:] for line in lines if line.startswith("-")} <= found, file
 
 
 @pytest.mark.nightly

@@ -94,7 +94,8 @@ def sensitivities(
     columns = {name: np.broadcast_to(columns.get(name, START[name]), number) for name in START}
     found = run_impacts((*outputs, "touched"), **columns)
     usable = found["touched"] & ~found.refused
-    found_slopes = [_slopes(outputs, of, columns, found, np.flatnonzero(usable)) for of in wrt]
+    cases = np.flatnonzero(usable)
+    found_slopes = [_slopes(outputs, of, columns, found, cases) for of in wrt if outputs]
     slopes = np.array(found_slopes).reshape(len(wrt), len(outputs), number)
     results = Sensitivities(
         (name, {of: slope.reshape(shape) for of, slope in zip(wrt, slopes[:, n])})
