@@ -164,6 +164,17 @@ TABLES = {
         "",
         [[0, 1e-3], [1e3, 2e3]],
     ),
+    "every tenth row": (
+        "Sample Interval,2e-6\nIndex,Force (N)\n0,1\n10,2\n20,3\n",
+        "",
+        [[0, 2e-5, 4e-5], [1, 2, 3]],
+    ),
+    "an unreadable count": (
+        "Sample Interval,2e-6\nIndex,Force (N)\n"
+        + "".join(f"{'?' if n == 50 else n},{n}\n" for n in range(100)),
+        "",
+        [[2e-6 * n for n in range(100) if n != 50], [n for n in range(100) if n != 50]],
+    ),
     "overflow": ("time,force\n0,1\n1,9.9E+37\n2,3\n", "", [[0, 2], [1, 3]]),
 }
 
@@ -191,6 +202,7 @@ REFUSED = [
     (CURVE, "Drop test\n0,1\n1,2\n", "'Drop test'", "no header of 2 columns"),
     (CURVE, "time,force [pC/N]\n0,1\n1,2\n", "the unit 'pC/N'"),
     (CURVE, "Index,Force\n0,5\n1,6\n2,7\n", "'Index' counts rows", "row [1.2 us]"),
+    (CURVE, "Index,Force\n0,5\n10,6\n20,7\n", "'Index' counts rows", "row [1.2 us]"),
     (CURVE, "Interval (ms);4\nKraft (kN)\n0,1\n0,15\n", "'Kraft (kN)'", "no header of 2 columns"),
     (
         CURVE,
@@ -359,6 +371,21 @@ def test_what_cor_alone_leaves_open(tmp_path):
     table = golf_impact.sweep({"ball": f"{tmp_path}/m.toml,penner"}, ["smash_factor", "max_force"])
     assert np.isnan(table["max_force"]).tolist() == [True, False]
     assert not np.isnan(table["smash_factor"]).any()
+
+
+def test_a_mishit_is_beside_the_line_of_the_others(tmp_path):
+    """COR falls by 0.058 from 30 to 50 m/s; a shot 0.04 below is left out and no other."""
+    speeds = np.linspace(30.0, 50.0, 21)
+    cors = 0.93 - 0.0029 * speeds
+    cors[12] -= 0.04
+    rows = [f"{u},{u * (1.0 + cor) / 1.25}" for u, cor in zip(speeds, cors)]
+    file = tmp_path / "shots.csv"
+    file.write_text("\n".join(["Club Speed [m/s],Ball Speed [m/s]", *rows]))
+    line = measurements({"m_club": 0.2, "m_ball": 0.05}, shots=file).cor_speeds
+    assert line.x == pytest.approx(np.delete(speeds, 12))
+    assert line.y == pytest.approx(np.delete(cors, 12))
+    assert "1 of 21 shots are left out" in line.notes[0]
+    assert "(lines 14)" in line.notes[0]
 
 
 def test_a_rebound():

@@ -418,9 +418,13 @@ def _values(text: _Text, place: int) -> tuple[np.ndarray, str]:
 
 
 def _counts(text: _Text, place: int, values: np.ndarray, unit: str) -> bool:
-    """Whether a column counts rows, from any number on."""
-    counted = text.sampling or text.heads[place].key in _COUNTS
-    return bool(counted) and _si(unit)[0] != "s" and not np.any(np.diff(values) != 1.0)
+    """Whether a column counts rows, from any number on; of a decimated record in larger steps."""
+    read = np.flatnonzero(np.isfinite(values))
+    if _si(unit)[0] == "s":
+        return False
+    if text.heads[place].key in _COUNTS:
+        return not np.any(values[read] % 1.0)
+    return bool(text.sampling) and not np.any(np.diff(values[read] - read))
 
 
 def _find_decimal(cells: Sequence[str], mark: str | None) -> str:
