@@ -87,6 +87,12 @@ TABLES = {
         [[-5e-4, -4.992e-4], [1000, 2000]],
     ),
     "rate hdr": ("Sample rate: 50000 Hz\nForce (N)\n1\n2\n3\n", "", [[0, 2e-5, 4e-5], [1, 2, 3]]),
+    "rate comma": (
+        "Abtastrate: 250,5 kHz\nKraft [kN]\n1\n2\n",
+        "",
+        [[0, 1 / 250_500], [1e3, 2e3]],
+    ),
+    "rate in k": ("Sample Rate,250 k\nForce (N)\n1\n2\n", "", [[0, 4e-6], [1, 2]]),
     "logger": (
         "logger\t\nZeit  1 - Standardmessrate\tKraft\ns\tkN\n0,001\t1,5\n0,002\t-2,25\n",
         "",

@@ -60,7 +60,7 @@ _STEP = re.compile(
     r"(sample|sampling|abtast)(interval|intervall|period|periode|time|zeit)"
 )
 _RATE = re.compile(r"(sample|sampling|abtast|mess|scan)(rate|freq|frequency|frequenz)|rate|hz|fs")
-_HERTZ = re.compile(r"([kmg]?)(hz|s(a|ps|/s))", re.I)
+_HERTZ = re.compile(r"([kmg]$|[kmg]?(?=hz|s(a|ps|/s)))", re.I)
 _START = re.compile(r"(h|x|t|wf)?(start|offset|startoffset|origin|org|zero)(time)?|[xt]0|firstx")
 
 _CLOCK = re.compile(r".*\d:\d\d.*|\d{1,4}[-/.]\d\d?[-/.]\d{1,4}\D.*")
@@ -363,7 +363,7 @@ def _find_sampling(above: Sequence[str], mark: str | None) -> tuple[float, float
     found: dict[str, float] = {}
     before: list[str] = []
     for line in above:
-        marks = r"[\t;=:,]" if mark in (",", None) else r"[\t;=:]"
+        marks = {",": r"[\t;=:,]", None: r"[\t;=:]|,(?!\d)|(?<!\d),"}.get(mark, r"[\t;=:]")
         line = re.sub(r"\d+:\d\d\S*", "", line)  # a clock time
         cells = [one.strip(' "#') for one in re.split(rf"{marks}|\s+(?=[-+]?[.\d])", line)]
         # A key is above its number, or before it, perhaps with a cell between them.
