@@ -130,6 +130,13 @@ def packed(slave):
     return data
 
 
+def saved(slave, as_bytes=False):
+    """Its state, through bytes if asked for."""
+    if as_bytes:
+        return call_state(slave, "deserialize", packed(slave))
+    return call_state(slave, "get")
+
+
 def restore_packed(slave, data):
     """Restore a state from bytes; what the native FMU refuses is an exception."""
     state = call_state(slave, "deserialize", data)

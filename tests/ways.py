@@ -152,12 +152,9 @@ class InFmu(Stepped):
         fmus.put(self.slave, **values)
 
     def _step(self, point, size):
-        try:
-            self.slave.doStep(point, size)
-        except FMICallException:
-            assert self.messages
-            return False
-        return True
+        accepted = fmus.step_status(self.slave, point, size) == 0
+        assert accepted or self.messages
+        return accepted
 
     def _reals(self, names):
         return fmus.get(self.slave, *names)
@@ -167,9 +164,7 @@ class InFmu(Stepped):
 
     def save(self, as_bytes=False):
         """The state, through bytes if asked for."""
-        if as_bytes:
-            return fmus.call_state(self.slave, "deserialize", fmus.packed(self.slave)), self.time
-        return fmus.call_state(self.slave, "get"), self.time
+        return fmus.saved(self.slave, as_bytes), self.time
 
     def restore(self, saved):
         state, self.time = saved

@@ -168,11 +168,7 @@ class Player:
         return found
 
     def save(self, slot, as_bytes):
-        state = fmus.call_state(self.slave, "get")
-        if as_bytes:
-            data = fmus.call_state(self.slave, "serialize", state)
-            fmus.call_state(self.slave, "free", state)
-            state = fmus.call_state(self.slave, "deserialize", data)
+        state = fmus.saved(self.slave, as_bytes)
         if slot in self.memory:
             fmus.call_state(self.slave, "free", self.memory[slot])
         self.memory[slot] = state
