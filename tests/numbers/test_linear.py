@@ -83,8 +83,8 @@ def test_a_random_phase(seed):
         assert all(phase.value("force", share * end) > 0.0 for share in shares)
 
 
-@pytest.mark.parametrize("beside", some(2, [0.0, 1e-9, -1e-12, 1e-15, -1e-6]))
-@pytest.mark.parametrize("ratio", some(1, [9.0, 3e3, 1e6]))
+@pytest.mark.parametrize("beside", some(1, [0.0, -1e-12, 1e-9, 1e-15, -1e-6]))
+@pytest.mark.parametrize("ratio", some(2, [9.0, 3e3, 1e6]))
 def test_two_rates_of_law_1_meet(ratio, beside):
     """Newton's method converges linearly there. Measured: 2.8e-14."""
     start = Motion(0.0, 0.0, 1.0, 0.0, 0.0, 1.0)
