@@ -113,6 +113,8 @@ def test_values_with_units():
     numbers = {"law": 2, "k": [8e5, 1e6], "club_speed": 42.4688, "m_club": 0.2}
     found, expected = (golf_impact.run_impacts(["impulse"], **one) for one in (text, numbers))
     assert found["impulse"].tolist() == expected["impulse"].tolist()
+    one = golf_impact.run_impact(["impulse"], **text | {"k": text["k"][0]})
+    assert one["impulse"] == expected["impulse"][0]
 
 
 def test_arrays_that_are_refused():
