@@ -40,11 +40,12 @@ CHANGED = {
 }
 
 
+@pytest.mark.parametrize("of", ["in process", "native, FMI 2.0"])
 @pytest.mark.parametrize("name", CHANGED)
-def test_changes_in_contact_against_an_integration(way_of, name):
+def test_changes_in_contact_against_an_integration(way_of, name, of):
     """By Runge–Kutta of order 8, of the equations of motion as they stand; by any steps."""
     given, instant, later = CHANGED[name]
-    values, way = {"law": 2, **given}, way_of("in process")
+    values, way = {"law": 2, **given}, way_of(of)
     expected = integrated(values, [(instant, later)])
     end = expected["contact_time"] * (1.0 + 1e-9)
     scales = {"club_velocity": 35.0, "ball_velocity": 35.0}
