@@ -172,7 +172,8 @@ class Coverage(NamedTuple):
             checkout, settings = Checkout(data), data / "settings"
             settings.write_text(
                 f"[run]\ndata_file = {data}/c\nparallel = true\ncontext = ${{MUTATION_TEST}}\n"
-                f"include = */golf_*/*, {checkout.root}/*\nomit = */checkout/tests/*\n"
+                f"include = */golf_*/*, */resources/*, {checkout.root}/*\n"
+                "omit = */checkout/tests/*\n"
             )
             _, ran = checkout.run("-n2", every=True, COVERAGE_PROCESS_START=str(settings))
             if not ran:
@@ -190,8 +191,9 @@ class Coverage(NamedTuple):
 
         def source(file: str) -> str:
             # In FMUs the package is golf_physics_ or golf_swing_ and a digest.
-            name = re.sub(r".*/checkout/|.*/golf_\w+_[0-9a-f]{16}/", "", file)
-            places = name, f"fmu_src/golf_physics/{name}", f"fmu_src/{name}"
+            name = re.sub(r".*/checkout/|.*/golf_\w+_[0-9a-f]{16}/|.*/resources/", "", file)
+            folders = "", "fmu_src/golf_physics", "fmu_src", "scenarios/golf_impact/evidence/peers"
+            places = (str(Path(folder, name)) for folder in folders)
             return next((place for place in places if (ROOT / place).is_file()), name)
 
         lines: dict = defaultdict(lambda: defaultdict(set))
