@@ -87,8 +87,24 @@ def initialize(slave, start=0.0, **values):
 
 
 def put(slave, **values):
-    for name, value in values.items():
-        getattr(slave, f"set{slave.types[name]}")([slave.references[name]], [value])
+    """Set variables, those of one type by one call."""
+    for of_type, names in _by_type(slave, values):
+        references = [slave.references[name] for name in names]
+        getattr(slave, f"set{of_type}")(references, [values[name] for name in names])
+
+
+def read(slave):
+    """All variables by name."""
+    found = {}
+    for of_type, names in _by_type(slave, slave.types):
+        values = getattr(slave, f"get{of_type}")([slave.references[name] for name in names])
+        found |= dict(zip(names, values))
+    return found
+
+
+def _by_type(slave, names):
+    for of_type in dict.fromkeys(slave.types[name] for name in names):
+        yield of_type, [name for name in names if slave.types[name] == of_type]
 
 
 def get(slave, *names):

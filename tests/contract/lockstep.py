@@ -147,10 +147,7 @@ class Player:
         self.slave.enterInitializationMode(**start)
 
     def set(self, values):
-        """Values of one type, by name."""
-        references = [self.slave.references[name] for name in values]
-        of_type = self.slave.types[next(iter(values))]
-        getattr(self.slave, f"set{of_type}")(references, [*values.values()])
+        fmus.put(self.slave, **values)
 
     def misuse(self, verb, kind, reference):
         """Get or set a variable of another type, or one that isn't there."""
@@ -160,12 +157,7 @@ class Player:
 
     def read(self):
         """All variables by name."""
-        slave, found = self.slave, {}
-        for of_type in set(slave.types.values()):
-            names = [name for name, other in slave.types.items() if other == of_type]
-            values = getattr(slave, f"get{of_type}")([slave.references[name] for name in names])
-            found |= dict(zip(names, values))
-        return found
+        return fmus.read(self.slave)
 
     def save(self, slot, as_bytes):
         state = fmus.saved(self.slave, as_bytes)
@@ -334,17 +326,10 @@ class Session:
 
     # Steps
 
-    def shift(self, shift, size):
-        """A step from beside where the last one ended; s."""
-        self.step(size, self.rules.point + shift)
-
-    def at(self, point, size):
-        self.step(size, point)
-
-    def step(self, size, point=None):
-        """From where the last step ended, or from another point; s."""
+    def step(self, size, at=None, off=0.0):
+        """From where the last step ended, so far off it, or at another point; s."""
         r = self.rules
-        point = r.point if point is None else point
+        point = r.point + off if at is None else at
         if r.mode == START_REFUSED and 0.0 < size <= 1e100:
             self.begin_stepping()
         refused = r.refuses(point, size)
@@ -451,25 +436,21 @@ def differing(found, expected, small=0.0):
 
 # Random calls
 
-#: Values that no companion has a reason to refuse, but together.
+#: Inputs and parameters that no model has a reason to refuse, but together.
 USUAL = {
-    "ClubBallImpact": {
-        "k": (1e6, 8e5, 3e6), "b": (9.0, 0.0, 40.0, 700.0), "club_speed": (35.0, 50.0, -5.0),
-        "club_force": (0.0, 500.0, -2e3), "m_club": (0.21, 0.3), "gap": (0.0, 1e-3),
-        "law": (1, 2), "exponent": (1.0, 1.5), "restitution_at_rest": (0.0, 0.86),
-    },
-    "Swing": {
-        "impulse": (0.0, 0.05), "gravity": (9.806, 9.0), "club_mass": (0.3, 0.31),
-    },
-    "Launch": {
-        "separated": (0, 1), "ball_velocity": (0.0, 50.0), "friction": (0.4, 0.3),
-        "coefficient_of_restitution": (0.0, 0.8), "club_velocity": (0.0, 20.0),
-    },
-    "BallFlight": {
-        "separated": (0, 1), "ball_velocity": (0.0, 50.0), "gravity": (9.8, 9.0),
-        "launch_angle": (0.2, 0.0), "touch_time": (0.0, 1e-3),
-    },
-}  # fmt: skip
+    "ClubBallImpact": """
+        k=1e6 k=8e5 k=3e6 b=9 b=0 b=40 b=700 club_speed=35 club_speed=50 club_speed=-5 club_force=0
+        club_force=500 club_force=-2e3 m_club=0.21 m_club=0.3 gap=0 gap=1e-3 law=1 law=2 exponent=1
+        exponent=1.5 restitution_at_rest=0 restitution_at_rest=0.86""",
+    "Swing": "impulse=0 impulse=0.05 gravity=9.806 gravity=9 club_mass=0.3 club_mass=0.31",
+    "Launch": """
+        separated=0 separated=1 ball_velocity=0 ball_velocity=50 friction=0.4 friction=0.3
+        coefficient_of_restitution=0 coefficient_of_restitution=0.8 club_velocity=0
+        club_velocity=20""",
+    "BallFlight": """
+        separated=0 separated=1 ball_velocity=0 ball_velocity=50 gravity=9.8 gravity=9
+        launch_angle=0.2 launch_angle=0 touch_time=0 touch_time=1e-3""",
+}
 
 #: The longest steps, s: a longer one of Swing is refused until the ball is hit, after much work.
 LONGEST = {"Swing": 0.1}
@@ -477,61 +458,56 @@ LONGEST = {"Swing": 0.1}
 ODD = (math.nan, math.inf, -1.0, -0.0, 0.0, 5e-324, 1e160, -1e300, 1.7976931348623157e308)
 SIZES = (2.5e-5, 2.5e-5, 1e-4, 3e-6, 1e-4 / 3.0, 1e-3, 1e-9, 1.0)
 ODD_SIZES = (0.0, -1e-4, math.nan, math.inf, 5e-324, 1e30, 1e101)
+#: Of points, s; the small ones relative to the step.
 SHIFTS = (0.0, 0.9e-6, -0.9e-6, 1.1e-6, 1e-3, -1.0, 1e9, math.nan, math.inf)
 
 
-@st.composite
-def random_lines(draw, model, table):
+def line(text, *places):
+    """Lines of this form; in its places values of a list, or of a strategy."""
+    chosen = (p if isinstance(p, st.SearchStrategy) else st.sampled_from(p) for p in places)
+    return st.builds(text.format, *chosen)
+
+
+def misuses(table):
+    """Calls with a type or a reference that no variable has, or that can't be set."""
+    for verb in ("get", "set"):
+        for kind in ("Real", "Integer", "Boolean", "String"):
+            rows = [r for r in table.values() if verb == "get" or r.start is not None]
+            legal = {r.reference for r in rows if r.type.replace("Enumeration", "Integer") == kind}
+            yield from (f"misuse {verb} {kind} {n}" for n in {*range(35), 99, 2**31 - 1} - legal)
+
+
+def random_lines(model, table):
     """A line of a script, or some that belong together; states A and B have been saved."""
-
-    def pick(*values):
-        return draw(st.sampled_from(values))
-
-    usual = [f"{name}={value}" for name, values in USUAL[model].items() for value in values]
-    default = {row.name: row.start for row in table.values() if row.start is not None}
-    reals = {name: row for name, row in table.items() if row.type == "Real"}
-    longest, slot = LONGEST.get(model, math.inf), pick("A", "B")
-    size = min(pick(*SIZES), longest)
-    steps = [f"step {size}; {pick('compare', 'correct')}"] * pick(*range(1, 20))
-    match pick(
-        "begin", "life", "setup", "set", "odd", "misuse", "steps", "odd step", "save", "restore",
-        "damage", "recover",
-    ):  # fmt: skip
-        case "begin":
-            pairs = [pick(*usual) for _ in "123"]
-            if model == "ClubBallImpact" and pick(False, True, True):
-                values = random_cases.whole(draw(st.integers(0, 10**6)), pushed=0.3)
-                pairs = [f"{name}={value!r}" for name, value in values.items()]
-            return f"begin start={pick(0.0, 0.0, 100.0, -3.0)} {' '.join(pairs)}"
-        case "life":
-            return pick("enter", "leave", "end", "reset", "renew", "renew")
-        case "setup":
-            return f"setup {pick(0.0, 2.0, -1e300, math.nan, math.inf)}"
-        case "set":
-            inputs = [one for one in usual if table[one.split("=")[0]].causality == "input"]
-            return "; ".join(f"set {pick(*usual, *inputs * 3)}" for _ in range(pick(1, 2, 3)))
-        case "odd":
-            name, other = pick(*reals), pick(*(default.keys() & reals))
-            back = f"set {name}={default.get(name, 0.0)}"
-            odd = f"set {name}={pick(*ODD)} {other}={default[other]}"
-            return f"{odd}; {pick('step 1e-5', 'compare')}; {pick(back, 'compare')}"
-        case "misuse":
-            kinds = {"Integer": "Enumeration"}
-            verb, kind = pick("get", "set"), pick("Real", "Integer", "Boolean", "String")
-            right = {r.reference for r in table.values() if r.type == kinds.get(kind, kind)}
-            if verb == "set":
-                right = {table[name].reference for name in default} & right
-            return f"misuse {verb} {kind} {pick(*({*range(35), 99, 2**31 - 1} - right))}"
-        case "steps":
-            return "; ".join([pick("compare", "correct"), *steps])
-        case "odd step":
-            size = pick(size, size, *(one for one in ODD_SIZES if not longest < one < math.inf))
-            shift = pick(*SHIFTS)
-            return f"shift {shift * size if abs(shift) < 1e-5 else shift} {size}"
-        case "save":
-            return f"save {slot} {pick('', 'bytes')}"
-        case "restore":
-            return "; ".join([f"restore {slot}; compare", *steps[: pick(0, 1, 6)]])
-        case "damage":
-            return f"correct; damage {draw(st.floats(0.0, 0.999))} {pick(0, 1)}"
-    return "recover"
+    usual, longest = USUAL[model].split(), LONGEST.get(model, math.inf)
+    inputs = [pair for pair in usual if table[pair.partition("=")[0]].causality == "input"]
+    reals = [name for name, row in table.items() if row.type == "Real"]
+    starts = [f"{name}={table[name].start}" for name in reals if table[name].start is not None]
+    sizes = [min(size, longest) for size in SIZES]
+    odd_sizes = [size for size in ODD_SIZES if not longest < size < math.inf]
+    odd_steps = [
+        f"step {size} off={shift * size if abs(shift) < 1e-5 else shift}"
+        for size in (*sizes, *odd_sizes)
+        for shift in SHIFTS
+    ]
+    values = line("{} {} {}", usual, usual, usual)
+    if model == "ClubBallImpact":
+        impact = st.integers(0, 10**6).map(lambda n: random_cases.whole(n, pushed=0.3).items())
+        values |= impact.map(lambda pairs: " ".join(f"{name}={value!r}" for name, value in pairs))
+    change = line("set {}", [*usual, *inputs * 3])
+    step = line("step {}; {}", sizes, ["compare", "correct"])
+    steps = st.builds(lambda step, number: "; ".join([step] * number), step, st.integers(1, 19))
+    return st.one_of(
+        line("begin start={} {}", [0.0, 0.0, 100.0, -3.0], values),
+        st.sampled_from(["enter", "leave", "end", "reset", "renew", "renew"]),
+        line("setup {}", [0.0, 2.0, -1e300, math.nan, math.inf]),
+        st.lists(change, min_size=1, max_size=3).map("; ".join),
+        line("set {}={} {}; {}", reals, ODD, starts, ["step 1e-5; correct", "correct", "compare"]),
+        st.sampled_from([*misuses(table)]),
+        steps,
+        st.sampled_from(odd_steps),
+        line("save {} {}", "AB", ["", "bytes"]),
+        line("restore {}; compare; {}", "AB", st.one_of(steps, st.just("compare"))),
+        line("correct; damage {} {}", st.floats(0.0, 0.999), [0, 1]),
+        st.just("recover"),
+    )
