@@ -7,19 +7,17 @@ import cProfile
 import json
 from collections import Counter
 from itertools import pairwise
-from pathlib import Path
 
 import pytest
 from cases import DEFAULTS
 from command import golf_here, refused
-from fmpy import read_model_description
 from fmus import begin, get, make_instance
 
 import run_time_vs_error
 from golf_impact.commands import bench
 from golf_impact.data.runs import PATH
-from golf_impact.evidence.peers import dop853, empty_fmu, fmus, ways
-from golf_impact.evidence.peers.ways import EMPTY, METRICS, NATIVE, OURS, Way
+from golf_impact.evidence.peers import dop853, fmus, ways
+from golf_impact.evidence.peers.ways import METRICS, NATIVE, OURS, Way
 from golf_impact.evidence.reference import Reference
 from golf_impact.evidence.timing import measure_interleaved
 from golf_impact.fmu import Impact, current_native
@@ -45,7 +43,6 @@ def test_results(tmp_path):
         for row in rows:
             assert row["called"]
             assert row["ratio"] == pytest.approx(row["microseconds"] / rows[0]["microseconds"])
-            assert (row["error"] is None) == (row["name"] == EMPTY)
         # Measured: 4e-16.
         assert max(row["error"] for row in rows if row["name"] in (OURS, NATIVE)) < 1e-14
         steps = [row for row in rows if row["name"].startswith(("explicit Euler", "Runge–Kutta"))]
@@ -63,26 +60,27 @@ def test_a_missing_package(monkeypatch, tmp_path):
 
 @pytest.fixture(scope="module")
 def peers(tmp_path_factory):
-    return fmus.extract_peers(tmp_path_factory.mktemp("peers"))[0]
+    return fmus.extract_peers(tmp_path_factory.mktemp("peers"))
 
 
+@COMPILED
 @pytest.mark.parametrize("law", [1, 2])
-@pytest.mark.parametrize("language", ["Python", pytest.param("C", marks=COMPILED)])
-def test_orders_of_the_methods(law, language, peers):
-    values = {"law": law, "k": 8e5, "b": 12.0, "m_club": 0.2, "club_speed": 40.0}
-    values["ball_speed"] = -3.0
+@pytest.mark.parametrize(
+    ("name", "order", "coarse"), [(fmus.EULER, 1, 1e-6), (fmus.RUNGE_KUTTA, 4, 2.5e-6)]
+)
+def test_orders_of_the_methods(law, name, order, coarse, peers):
+    values = {"law": law, "k": 8e5, "b": 12.0}
 
-    def solved(language, order, dt):
-        slave = begin(make_instance(peers[language]), order=order, dt=dt, **values)
+    def solved(name, dt):
+        slave = begin(make_instance(peers[name]), dt=dt, **values)
         slave.doStep(0.0, 1e-3)
         return get(slave, *METRICS)
 
-    for order, coarse in ((1, 1e-6), (4, 2.5e-6)):
-        # Measured: 2.00, and 14.2 to 14.8.
-        errors = [error(solved(language, order, dt), **values) for dt in (coarse, coarse / 2)]
-        assert errors[0] / errors[1] == pytest.approx(2.0**order, rel=0.15)
-        same = solved("Python", order, coarse)
-        assert solved(language, order, coarse) == pytest.approx(same, rel=1e-13)
+    # Measured: 2.00, and 14.4.
+    errors = [error(solved(name, dt), **values) for dt in (coarse, coarse / 2)]
+    assert errors[0] / errors[1] == pytest.approx(2.0**order, rel=0.15)
+    if order == 1:
+        assert solved(fmus.PYTHON, coarse) == pytest.approx(solved(name, coarse), rel=1e-13)
 
 
 @pytest.mark.parametrize("law", [1, 2])
@@ -91,42 +89,35 @@ def test_dop853(law):
         assert 0.0 < error(dop853.solve(law, rtol, 9e5), law=law, k=9e5) < most
 
 
-def test_without_a_compiler_the_methods_are_in_python(fmu_path, tmp_path, monkeypatch):
-    """Each is called in one way; sub-steps cover four decades."""
+def test_without_a_compiler(fmu_path, monkeypatch):
+    """What is in C is named as not run."""
     monkeypatch.setattr(fmus, "compiler", lambda: None)
+    monkeypatch.setattr(
+        run_time_vs_error, "measure_interleaved", lambda jobs, **_: [1.0] * len(jobs)
+    )
     with Impact(fmu_path) as impact:
-        rows, points = ways.compared(impact, None, str(tmp_path), quick=False)
-    assert "Runge–Kutta 4, Python FMU" in [way.name for way in rows]
-    assert not [way.name for way in rows + points if "C FMU" in way.name]
-    assert len({way[:2] for way in rows}) == len(rows)
+        result = run_time_vs_error.run(impact, quick=True)
+    assert {row["name"] for row in result.cases.values()} == {OURS, fmus.PYTHON, "DOP853, SciPy"}
+    names = "explicit Euler, C FMU, Runge–Kutta 4, C FMU, native FMU"
+    assert result.words.endswith(f"Not run, without a C compiler: {names}.")
+
+
+@COMPILED
+def test_what_is_compared(fmu_path, tmp_path):
+    """Each is called in one way, for both laws; sub-steps cover four decades."""
+    with Impact(fmu_path) as impact, Impact(current_native()) as in_c:
+        rows, points = ways.compared(impact, in_c, str(tmp_path), quick=False)
+        for law in (1, 2):
+            # The other law's results are 0.02 away.
+            errors = {way[:2]: error(way.prepare(law)(9e5), law=law, k=9e5) for way in rows}
+            assert len(errors) == len(rows)
+            assert max(errors.values()) < 6e-3
+    assert len(rows) == 9
     curves = Counter(way.name for way in points)
     assert len(curves) == 3
     assert min(curves.values()) >= 6
     steps = {f"k set, doStep of {dt} µs sub-steps, getReal" for dt in ("10", "0.001")}
     assert steps <= {way.called for way in points}
-
-
-@COMPILED
-def test_ways_in_c_compute_the_same(fmu_path, tmp_path):
-    with Impact(fmu_path) as impact, Impact(current_native()) as in_c:
-        rows, _ = ways.compared(impact, in_c, str(tmp_path), quick=True)
-        for law in (1, 2):
-            found = {way[:2]: way.prepare(law)(9e5) for way in rows}
-            # Their bits, or those of the same scheme called by fmpy.
-            for (name, called), values in found.items():
-                same = OURS if name == NATIVE else name
-                assert values == found[same, called.removeprefix("in C: ")]
-                # The other law's are 0.02 away.
-                assert name == EMPTY or error(values, law=law, k=9e5) < 6e-3
-
-
-def test_the_empty_fmu_has_as_many_variables(fmu_path, tmp_path):
-    empty = fmus.build_plain_fmu(Path(empty_fmu.__file__), tmp_path)
-    ours, others = (
-        Counter((v.causality, v.type) for v in read_model_description(path).modelVariables)
-        for path in (fmu_path, empty)
-    )
-    assert ours == others
 
 
 # Fairness: every impact is another one, rounds are interleaved; counts that speed follows from
