@@ -42,10 +42,11 @@ _ZIG = (sys.executable, "-m", "ziglang")
 #: Its C compiler.
 ZIG_CC = (*_ZIG, "cc")
 
-#: Whatever an importer's options are: no fused operations, and nothing visible but FMI's functions.
+#: Whatever an importer's options are: no fused operations, no floating-point exceptions but where C
+#: has them (clang's comparisons with NaN), and nothing visible but FMI's functions.
 _FLAGS = (
-    "-std=c99", "-O2", "-g0", "-ffp-contract=off", "-fvisibility=hidden", "-Wall", "-Wextra",
-    "-Werror", "-pedantic",
+    "-std=c99", "-O2", "-g0", "-ffp-contract=off", "-ftrapping-math", "-fvisibility=hidden",
+    "-Wall", "-Wextra", "-Werror", "-pedantic",
 )  # fmt: skip
 
 #: None, for macOS: zig signs a library that has entitlements; without, those for arm64 alone.
@@ -138,7 +139,7 @@ class NativeBuilder(Builder):
     here: bool = False
 
     def digest(self) -> str:
-        files = checksums(self._sources("") | self.documents())
+        files = checksums(self._sources("") | self.documents()) + repr(_FLAGS).encode()
         return hashlib.sha256(self._describe("") + files).hexdigest()
 
     def files(self) -> dict[str, bytes]:
