@@ -4,6 +4,10 @@ What an instance of fmpy lacks is here: calls by the names of variables, and its
 of tests use it, too, without golf_impact.
 """
 
+import ctypes
+import platform
+import sys
+from contextlib import contextmanager
 from functools import cache
 
 import fmpy
@@ -58,6 +62,28 @@ def make_instance(folder, name="one", kind=None, **options):
         options.setdefault("callbacks", logging_to(lambda *words: slave.messages.append(words[1])))
     slave.instantiate(**options)
     return slave
+
+
+#: FE_INVALID, FE_DIVBYZERO and FE_OVERFLOW of glibc.
+_EXCEPTIONS = 0x1 | 0x4 | 0x8
+
+
+@contextmanager
+def watched(slave):
+    """Let each call fail that raises a floating-point exception: a host may trap them."""
+    if (sys.platform, platform.machine()) == ("linux", "x86_64"):
+        libm, call = ctypes.CDLL("libm.so.6"), slave._call
+
+        def checked(name, *arguments):
+            libm.feclearexcept(_EXCEPTIONS)
+            try:
+                return call(name, *arguments)
+            finally:
+                assert not libm.fetestexcept(_EXCEPTIONS), (name, arguments)
+
+        slave._call = checked
+    yield slave
+    slave.__dict__.pop("_call", None)
 
 
 def logging_to(log):

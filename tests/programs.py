@@ -2,22 +2,21 @@
 
 import importlib.util
 import json
+import os
 import shutil
 import subprocess
 import sys
+from binascii import crc32
 from pathlib import Path
 
 import fmpy
 import pytest
-from command import run_python
+from command import outputs, run_python
 
 from golf_impact.fmu.doctor import find_libpython
 
 #: FMI's C headers.
 HEADERS = Path(fmpy.__file__).parent / "c-code"
-
-#: Tasks of the C host with an instance, and their arguments; each ends with the impact of LAW_1.
-HOST_TASKS = [("migrate",), ("gone", "50"), ("fork",)]
 
 
 @pytest.fixture(scope="session")
@@ -29,16 +28,40 @@ def compiled(extracted, tmp_path_factory):
     folder = tmp_path_factory.mktemp("compiled")
     variables = fmpy.read_model_description(extracted).modelVariables
     macros = [f"-DVR_{v.name}={v.valueReference}" for v in variables]
-    flags = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-O1", f"-I{HEADERS}", *macros]
+    flags = ["-std=c11", "-Wall", "-Wextra", "-Wno-unused-parameter", "-Werror", "-O1", "-pthread"]
 
-    def compiled(name, *options, by=(compiler,), libraries=("-ldl", "-pthread", "-lm"), suffix=""):
-        program = folder / f"{name}{suffix}"
+    def compiled(name, *options, by=(compiler,)):
+        # Of another name wine runs no program.
+        program = folder / f"{name}{crc32(repr((by, options)).encode())}.exe"
         if not program.exists():
             source = Path(__file__).parent / "hosts" / "native_host" / f"{name}.c"
-            subprocess.run([*by, *flags, *options, source, "-o", program, *libraries], check=True)
+            words = [*flags, f"-I{HEADERS}", *macros, *options, source, "-o", program]
+            subprocess.run([*by, *words], check=True)
         return program
 
     return compiled
+
+
+@pytest.fixture
+def c_host(compiled, tmp_path):
+    """A function that runs a task of native_host/host.c with an FMU: the values it prints."""
+
+    def c_host(fmu, task, number=1, law=1, *options, binary=None, by=None, on=(), **environment):
+        """Compiled with options, or by another compiler for a machine, where `on` runs it."""
+        # A host that passes the address as it is may even have these: it is escapes that do harm.
+        name = "fmu" if on else "native host #"
+        folder = fmu if Path(fmu).is_dir() else fmpy.extract(str(fmu), str(tmp_path / name))
+        about = fmpy.read_model_description(folder)
+        fmi = about.fmiVersion[0]
+        options = f"-DFMI={fmi}", *options
+        program = compiled("host", *options, by=by) if by else compiled("host", *options)
+        binary = binary or ("linux64" if fmi == "2" else "x86_64-linux") + "/ClubBallImpact.so"
+        words = folder, f"binaries/{binary}", about.guid, law, task, number
+        # No environment variable but those that are given.
+        env = os.environ if on else {"PATH": os.defpath, **environment}
+        return outputs(*on, program, *words, env=env)
+
+    return c_host
 
 
 @pytest.fixture(scope="session")

@@ -1,20 +1,29 @@
 """The native FMU: what a build contains, platforms, sources, sanitizers, hosts without Python."""
 
 import json
+import math
 import os
+import random
 import re
 import shutil
 import struct
 import sys
+from contextlib import suppress
+from ctypes import c_double, c_size_t
 from pathlib import Path
 
 import fmpy
+import fmus
 import pytest
-from command import golf_here, outputs, refused, run, run_python
+from command import golf_here, refused, run, run_python
 from compare import assert_close
 from conftest import EXPECTED, HERE, LAW_2_CONTACT, repeated
-from fmus import make_instance, step_status
-from programs import HEADERS, HOST_TASKS
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import FMU2Model, FMU2Slave
+from fmpy.fmi3 import FMU3Model, FMU3Slave
+from fmus import make_instance, step_status, watched
+from golf_physics.variables import SETTABLE, STATES
+from programs import HEADERS
 
 from golf_build import native
 from golf_build.archive import unpack, write_archive
@@ -179,14 +188,72 @@ def test_a_step_beyond_the_stop_time_is_an_error(native_path, tmp_path):
     slave.freeInstance()
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="glibc alone traps exceptions")
-@pytest.mark.parametrize("times", repeated(400, 1500, 20_000))
-def test_a_host_that_traps_floating_point_exceptions(native_path, tmp_path, times):
-    """None occurs, whatever the values; and NULL is no crash."""
-    folder = fmpy.extract(str(native_path), str(tmp_path / "fmu"))
-    command = [gcc(), "-std=c99", "-O1", "-w", f"-I{folder}/sources"]
-    run(*command, HERE / "hosts" / "native_host" / "traps.c", "-o", tmp_path / "traps", "-lm")
-    assert run(tmp_path / "traps", times, "1").stdout == "done\n"
+#: Values and sizes of steps (s) beside the ends of a variable's range.
+ODD = (math.nan, math.inf, -math.inf, -0.0, 1e300, -1.7e308, 1.0, 1.5, 35.0, 1e4, 1e-2, 1e-5)
+SIZES = (1e-6, 1e-5, 1e-4, 1e-3, 1.0, 1e10, math.nan, -1.0, 1e308)
+
+
+@pytest.mark.parametrize("times", repeated(100, 500, 20_000))
+def test_no_floating_point_exception_is_raised(native_path, tmp_path, times):
+    """Whatever the values, in co-simulation and Model Exchange, without a logger."""
+    folder, rng = fmpy.extract(str(native_path), str(tmp_path / "fmu")), random.Random(1)
+    rows = [row for row in SETTABLE.values() if row.type == "Real"]
+    inputs = [row for row in rows if row.causality == "input"]
+
+    def put(slave, rows):
+        values = {row.name: rng.choice((row.low, row.high, rng.choice(ODD))) for row in rows}
+        fmus.put(slave, **values)
+
+    def tried(call, *arguments):
+        with suppress(FMICallException):
+            call(*arguments)
+
+    def solve(slave, point):
+        """A step of Euler's method from event to event; its end, s."""
+        size, states, slopes = rng.choice(SIZES), *((c_double * len(STATES))() for _ in "12")
+        size = size if 0.0 < size < 1e6 else 0.0
+        tried(slave.newDiscreteStates)
+        slave.enterContinuousTimeMode()
+        slave.getContinuousStates(states, len(STATES))
+        tried(slave.getDerivatives, slopes, len(STATES))
+        moved = [x + size * max(-1e30, min(v, 1e30)) for x, v in zip(states, slopes)]
+        states[:] = [new if abs(new) < 1e6 else x for x, new in zip(states, moved)]
+        tried(slave.setTime, point + size)
+        tried(slave.setContinuousStates, states, len(STATES))
+        slave.getEventIndicators((c_double * 2)(), 2)
+        slave.enterEventMode()
+        return point + size
+
+    for _ in range(times):
+        is_solved = rng.random() < 0.3
+        slave, point = make_instance(folder, kind=FMU2Model if is_solved else None), 0.0
+        with watched(slave):
+            fmus.initialize(slave, law=rng.choice((1, 2)))
+            put(slave, rng.sample(rows, rng.randrange(6)))
+            tried(slave.exitInitializationMode)
+            for _ in range(10):
+                if is_solved:
+                    point = solve(slave, point)
+                else:
+                    size = rng.choice(SIZES)
+                    at = point if rng.random() < 0.9 else rng.choice(ODD)
+                    point += size if step_status(slave, at, size) == 0 else 0.0
+                put(slave, rng.sample(inputs, rng.randrange(2)))
+                fmus.get_all(slave)
+        slave.freeInstance()
+
+
+@pytest.mark.parametrize("kind", [FMU2Slave, FMU2Model, FMU3Slave, FMU3Model])
+def test_null_is_no_crash(native_path, native_fmi3_path, tmp_path, kind):
+    file = native_path if "2" in kind.__name__ else native_fmi3_path
+    slave = make_instance(fmpy.extract(str(file), str(tmp_path / "fmu")), kind=kind)
+    for component in (None, slave.component):
+        for name, function in slave._functions.items():
+            arguments = [kind(1) if kind is c_size_t else kind() for kind in function.argtypes]
+            if component and arguments and "Instan" not in name:
+                arguments[0] = component
+            function(*arguments)
+    slave.freeInstance()
 
 
 @pytest.mark.ci
@@ -217,26 +284,15 @@ def test_a_binary_for_arm64_in_fmi_2(for_all):
 # Hosts
 
 
-def guid_of(folder):
-    text = Path(folder, "modelDescription.xml").read_text()
-    return re.search(r'(?:guid|instantiationToken)="([^"]+)"', text)[1]
+def check_early_return(c_host, *words, **machine):
+    found = c_host(*words, "early", 1, 2, **machine)
+    times = found.pop("event_1"), found.pop("event_2")
+    assert times == pytest.approx((1e-4, 1e-4 + LAW_2_CONTACT), rel=1e-13)
+    assert_close(found, EXPECTED[2])
 
 
-def check_host3(folder, *command):
-    """What host3.c prints: threads, both laws, a restored state, early return at the events."""
-    found = outputs(*command, folder, guid_of(folder), env={})
-    assert found["refused"] == 1
-    two = [found[name] for name in ("law2_S", "thread_0", "thread_1", "thread_2")]
-    assert two == pytest.approx([EXPECTED[2]["smash_factor"]] * 4, rel=1e-13)
-    for law in (1, 2):
-        values = found[f"law{law}_S"], found[f"law{law}_COR"]
-        assert values == pytest.approx([*EXPECTED[law].values()][:2], rel=1e-13)
-    assert (found["restored_S"], found["early_S"]) == (found["law2_S"],) * 2
-    assert found["event_2"] - found["event_1"] == pytest.approx(LAW_2_CONTACT, rel=1e-12)
-
-
-def test_fmi3_in_a_native_host(compiled, native_fmi3_path, tmp_path):
-    check_host3(fmpy.extract(str(native_fmi3_path), str(tmp_path / "ü #")), compiled("host3"))
+def test_early_return_in_a_native_host(c_host, native_fmi3_path):
+    check_early_return(c_host, native_fmi3_path)
 
 
 @pytest.fixture(scope="module")
@@ -250,12 +306,10 @@ def sanitized(native_path, tmp_path_factory):
 
 
 @pytest.mark.ci
-def test_hosts_under_sanitizers(compiled, sanitized):
-    """The calls of the C host with instances that move between threads, come and go, fork."""
-    host = compiled("host", SANITIZERS, suffix=".sanitized")
-    for task in (("impact", "1e-6"), *HOST_TASKS):
-        env = {"PATH": os.defpath, "ASAN_OPTIONS": "detect_leaks=0"}
-        assert outputs(host, sanitized, guid_of(sanitized), *task, env=env) == EXPECTED[1]
+@pytest.mark.parametrize("task", [("impact", 1e-6), ("threads", 50)], ids=str)
+def test_hosts_under_sanitizers(c_host, sanitized, task):
+    """The calls of the C host with instances that move between threads."""
+    assert c_host(sanitized, *task, 1, SANITIZERS, ASAN_OPTIONS="detect_leaks=0") == EXPECTED[1]
 
 
 @pytest.mark.ci
@@ -285,22 +339,21 @@ def machine(name):
 
 
 @pytest.mark.ci
-@pytest.mark.parametrize("task", [("impact", "1e-3"), ("migrate",), ("gone", "50")])
-def test_on_windows(for_all, compiled, tmp_path, task):
+@pytest.mark.parametrize("task", [("impact", 1e-3), ("threads", 50)], ids=str)
+def test_on_windows(for_all, c_host, task):
     """No Python, no environment variable."""
     by = shutil.which("x86_64-w64-mingw32-gcc-posix")
     if by is None:
         pytest.skip("there is no mingw-w64 on this machine")
-    windows = machine("GOLF_IMPACT_WINDOWS")
-    folder = fmpy.extract(for_all(2), str(tmp_path / "fmu"))
-    program = compiled("host", "-static", by=[by], libraries=["-lshell32"], suffix=".exe")
-    found = outputs(windows, program, folder, guid_of(folder), *task)
-    assert_close(found, EXPECTED[1], None, 1e-13)
+    where = {"binary": "win64/ClubBallImpact.dll", "on": [machine("GOLF_IMPACT_WINDOWS")]}
+    found = c_host(for_all(2), *task, 2, "-static", by=[by], **where)
+    assert_close(found, EXPECTED[2])
 
 
 @pytest.mark.ci
-def test_on_arm64(for_all, compiled, tmp_path):
-    arm64, zig = machine("GOLF_IMPACT_ARM64"), [sys.executable, "-m", "ziglang", "cc"]
-    by = [*zig, "-target", "aarch64-linux-gnu.2.36"]
-    folder = fmpy.extract(str(for_all(3)), str(tmp_path / "ü #"))
-    check_host3(folder, arm64, compiled("host3", by=by, suffix=".arm64"))
+def test_on_arm64(for_all, c_host):
+    where = {"binary": "aarch64-linux/ClubBallImpact.so", "on": [machine("GOLF_IMPACT_ARM64")]}
+    where["by"] = [sys.executable, "-m", "ziglang", "cc", "-target", "aarch64-linux-gnu.2.36"]
+    for task in ("impact", 1e-4), ("threads", 5):
+        assert_close(c_host(for_all(3), *task, **where), EXPECTED[1])
+    check_early_return(c_host, for_all(3), **where)

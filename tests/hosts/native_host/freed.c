@@ -2,7 +2,6 @@
    so a use after free ends the process every time. */
 
 #define _GNU_SOURCE
-#include <stddef.h>
 #include <stdlib.h>
 #include <sys/mman.h>
 
@@ -14,21 +13,16 @@ static size_t used;
 __attribute__((constructor)) static void reserve(void)
 {
     int flags = MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE;
-    void *found = mmap(NULL, (size_t)PAGE * PAGES, PROT_READ | PROT_WRITE, flags, -1, 0);
-    region = found == MAP_FAILED ? NULL : found;
+    region = mmap(NULL, (size_t)PAGE * PAGES, PROT_READ | PROT_WRITE, flags, -1, 0);
+    if (region == MAP_FAILED) abort();
 }
 
-/* operator new(unsigned long) */
+/* operator new(unsigned long): in a page of its own */
 void *_Znwm(size_t size)
 {
-    if (region && size >= LEAST && size <= MOST) {
-        size_t page = __atomic_fetch_add(&used, 1, __ATOMIC_RELAXED);
-        if (page < PAGES)
-            return region + page * PAGE;
-    }
-    void *memory = malloc(size);
-    if (!memory)
-        abort();
+    size_t page = size >= LEAST && size <= MOST ? __atomic_fetch_add(&used, 1, __ATOMIC_RELAXED) : PAGES;
+    void *memory = region && page < PAGES ? region + page * PAGE : malloc(size);
+    if (!memory) abort();
     return memory;
 }
 
@@ -36,15 +30,9 @@ void *_Znwm(size_t size)
 void _ZdlPv(void *memory)
 {
     char *at = memory;
-    if (region && at >= region && at < region + (size_t)PAGE * PAGES)
-        mprotect(at, PAGE, PROT_NONE);
-    else
-        free(memory);
+    if (region && at >= region && at < region + (size_t)PAGE * PAGES) mprotect(at, PAGE, PROT_NONE);
+    else free(memory);
 }
 
 /* operator delete(void *, unsigned long) */
-void _ZdlPvm(void *memory, size_t size)
-{
-    (void)size;
-    _ZdlPv(memory);
-}
+void _ZdlPvm(void *memory, size_t size) { _ZdlPv(memory); }

@@ -1,58 +1,63 @@
-/* A host that isn't Python, for what test_hosts.py's real ones don't do: threads that come and go, a
-   fork.
+/* A host that isn't Python, for FMI 2.0 or, compiled with -DFMI=3, FMI 3.0: threads that come and go,
+   early return.
 
-   usage: host FOLDER GUID TASK [ARGUMENT]
+   usage: host FOLDER BINARY TOKEN LAW TASK NUMBER
      FOLDER    the extracted FMU
+     BINARY    the library in it
      TASK      what to do, see main(); results go to stdout as "name value" lines
 
    Value references come in as macros (VR_ball_velocity, ...), made from modelDescription.xml.
    If LIBPYTHON is set, the host loads that library itself, for all to see, before the FMU. */
 
-#include "fmu.h"
-
+#define _GNU_SOURCE
 #include <pthread.h>
-#include <unistd.h>
-#ifndef _WIN32
-#include <sys/wait.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#ifdef _WIN32
+#include <windows.h>
+#define FILE_URI "file:///"
+#define RTLD_DEFAULT GetModuleHandleA(NULL)
+#define dlsym(library, name) ((void *)(intptr_t)GetProcAddress(library, name))
+enum { RTLD_NOW, RTLD_LOCAL = 0, RTLD_GLOBAL = 0 };
+static void *dlopen(const char *path, int mode) { return LoadLibraryA(path); }
+static const char *dlerror(void) { return "LoadLibrary"; }
+#else
+#include <dlfcn.h>
+#define FILE_URI "file://"
 #endif
 
-#define DURATION 0.005 /* s: longer than the contact */
-
 static void *library;
-static const char *folder, *guid;
+static const char *folder, *token;
+static int law;
 
 static void expect(int truth, const char *what)
 {
-    if (!truth) fail(what);
+    if (truth) return;
+    fprintf(stderr, "failed: %s\n", what);
+    exit(1);
 }
 
-static fmi2Component initialized(void)
+static void *load(const char *path, int mode)
 {
-    fmi2Component c = instantiate(library, folder, guid, "impact");
-    initialize(library, c);
-    return c;
+    void *found = dlopen(path, mode);
+    if (!found) expect(0, dlerror());
+    return found;
 }
 
-static void discard(fmi2Component c)
+static void *symbol(void *from, const char *name)
 {
-    expect(CALL(library, fmi2Terminate)(c) == fmi2OK, "terminate");
-    CALL(library, fmi2FreeInstance)(c);
+    void *found = dlsym(from, name);
+    expect(found != NULL, name);
+    return found;
 }
 
-static void advance(fmi2Component c, long from, long to, double step)
-{
-    for (long n = from; n < to; n++)
-        expect(CALL(library, fmi2DoStep)(c, n * step, step, fmi2True) == fmi2OK, "step");
-}
+#define OK(name, ...) expect(CALL(name)(__VA_ARGS__) == 0, #name)
 
 enum { OUTPUTS = 4 };
-
-static void read_outputs(fmi2Component c, double values[OUTPUTS])
-{
-    static const fmi2ValueReference references[OUTPUTS] = {
-        VR_smash_factor, VR_coefficient_of_restitution, VR_club_velocity, VR_ball_velocity};
-    expect(CALL(library, fmi2GetReal)(c, references, OUTPUTS, values) == fmi2OK, "read");
-}
+static const unsigned REFERENCES[OUTPUTS] = {VR_smash_factor, VR_coefficient_of_restitution,
+                                             VR_club_velocity, VR_ball_velocity};
 
 static void print_outputs(const double values[OUTPUTS])
 {
@@ -60,76 +65,131 @@ static void print_outputs(const double values[OUTPUTS])
     printf("club_velocity %.17g\nball_velocity %.17g\n", values[2], values[3]);
 }
 
-static void impact(double step, double values[OUTPUTS])
+#if FMI == 2
+#include "fmi2FunctionTypes.h"
+#define CALL(name) ((fmi2##name##TYPE *)symbol(library, "fmi2" #name))
+typedef fmi2Component Slave;
+
+static void log_message(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status,
+                        fmi2String category, fmi2String message, ...)
 {
-    fmi2Component c = initialized();
-    advance(c, 0, (long)(DURATION / step + 0.5), step);
-    read_outputs(c, values);
-    discard(c);
+    fprintf(stderr, "%s\n", message);
+}
+
+static Slave begun(void)
+{
+    static const fmi2CallbackFunctions callbacks = {log_message, calloc, free, NULL, NULL};
+    char resources[4096];
+    snprintf(resources, sizeof resources, FILE_URI "%s/resources", folder);
+    Slave c = CALL(Instantiate)("one", fmi2CoSimulation, token, resources, &callbacks, 0, 1);
+    expect(c != NULL, "instantiate");
+    OK(SetupExperiment, c, 0, 0.0, 0.0, 0, 0.0);
+    OK(EnterInitializationMode, c);
+    OK(SetInteger, c, (unsigned[]){VR_law}, 1, &law);
+    OK(ExitInitializationMode, c);
+    return c;
+}
+
+static void step(Slave c, double point, double size) { OK(DoStep, c, point, size, 1); }
+
+static void read_outputs(Slave c, double values[OUTPUTS])
+{
+    OK(GetReal, c, REFERENCES, OUTPUTS, values);
+}
+#else
+#include "fmi3FunctionTypes.h"
+#define CALL(name) ((fmi3##name##TYPE *)symbol(library, "fmi3" #name))
+typedef fmi3Instance Slave;
+static bool is_early; /* whether steps return at events */
+
+static Slave begun(void)
+{
+    Slave c = CALL(InstantiateCoSimulation)("one", token, NULL, 0, 1, is_early, is_early, NULL, 0,
+                   NULL, NULL, NULL);
+    expect(c != NULL, "instantiate");
+    OK(EnterInitializationMode, c, 0, 0.0, 0.0, 0, 0.0);
+    OK(SetInt64, c, (unsigned[]){VR_law}, 1, (fmi3Int64[]){law}, 1);
+    OK(SetFloat64, c, (unsigned[]){VR_gap}, 1, (double[]){is_early ? 0.0035 : 0.0}, 1);
+    OK(ExitInitializationMode, c);
+    if (is_early) OK(EnterStepMode, c);
+    return c;
+}
+
+/* Whether it ends with an event; the time becomes that of its end. */
+static bool step_to_event(Slave c, double *time, double size)
+{
+    bool event, terminate, early;
+    OK(DoStep, c, *time, size, 1, &event, &terminate, &early, time);
+    return event;
+}
+
+static void step(Slave c, double point, double size) { step_to_event(c, &point, size); }
+
+static void read_outputs(Slave c, double values[OUTPUTS])
+{
+    OK(GetFloat64, c, REFERENCES, OUTPUTS, values, OUTPUTS);
+}
+#endif
+
+static void discard(Slave c)
+{
+    OK(Terminate, c);
+    CALL(FreeInstance)(c);
 }
 
 /* TASKS */
 
-static void task_impact(double step)
+static void advance(Slave c, long count, double size)
+{
+    for (long n = 0; n < count; n++) step(c, n * size, size);
+}
+
+static void task_impact(double size)
 {
     double values[OUTPUTS];
-    impact(step, values);
+    Slave c = begun();
+    advance(c, (long)(0.005 / size + 0.5), size);
+    read_outputs(c, values);
+    discard(c);
     print_outputs(values);
 }
 
-/* An instance made in one thread, stepped in a second, freed in a third. */
+static void *make(void *unused) { return begun(); }
+
 static void *step_through(void *c)
 {
-    advance(c, 0, 5000, 1e-6);
-    return NULL;
+    advance(c, 5, 1e-3);
+    return c;
 }
 
-static void *free_it(void *c)
+static void *discard_it(void *c)
 {
     discard(c);
     return NULL;
 }
 
-static void task_migrate(void)
+/* What a function returns in a thread of its own, which has ended. */
+static void *in_thread(void *function(void *), void *c)
 {
-    double values[OUTPUTS];
-    fmi2Component c = initialized();
     pthread_t thread;
-    pthread_create(&thread, NULL, step_through, c);
-    pthread_join(thread, NULL);
-    read_outputs(c, values);
-    print_outputs(values);
-    pthread_create(&thread, NULL, free_it, c);
-    pthread_join(thread, NULL);
-    impact(1e-6, values);
+    pthread_create(&thread, NULL, function, c);
+    pthread_join(thread, &c);
+    return c;
 }
 
-static void *make_and_leave(void *unused)
-{
-    (void)unused;
-    return initialized();
-}
-
-/* N instances, each made in a thread that has ended when the instance is used. */
-static void task_gone(long count)
+/* Instances that are made, stepped and freed in three threads, beside one that stays. */
+static void task_threads(long count)
 {
     double values[OUTPUTS];
-    fmi2Component c, keep = instantiate(library, folder, guid, "keep");
+    Slave keep = begun();
     for (long n = 0; n < count; n++) {
-        pthread_t thread;
-        pthread_create(&thread, NULL, make_and_leave, NULL);
-        pthread_join(thread, &c);
-        advance(c, 0, 5, 1e-3);
+        Slave c = in_thread(step_through, in_thread(make, NULL));
         read_outputs(c, values);
-        discard(c);
+        in_thread(discard_it, c);
     }
-    CALL(library, fmi2FreeInstance)(keep);
+    discard(keep);
     print_outputs(values);
 }
-
-#ifdef _WIN32
-#define RTLD_DEFAULT GetModuleHandleA(NULL)
-#endif
 
 /* A thread that Python didn't start has a thread state only while something holds it: without that
    each call makes one and drops it. Counts the calls after which this thread's isn't what it was. */
@@ -138,66 +198,60 @@ static void task_state(long count)
     typedef void *Current(void);
     Current *current = (Current *)symbol(RTLD_DEFAULT, "PyGILState_GetThisThreadState");
     double values[OUTPUTS];
-    expect(current() == NULL, "no thread state before an instance is made");
-    fmi2Component c = initialized();
-    advance(c, 0, 1, 1e-9);
+    long made = current() != NULL;
+    Slave c = begun();
+    step(c, 0.0, 1e-9);
     void *state = current();
-    long steps = 0, reads = 0;
     for (long n = 1; n <= count; n++) {
-        advance(c, n, n + 1, 1e-9);
-        steps += !state || current() != state;
+        step(c, n * 1e-9, 1e-9);
+        made += !state || current() != state;
         read_outputs(c, values);
-        reads += !state || current() != state;
+        made += !state || current() != state;
     }
-    printf("states_made_by_steps %ld\nstates_made_by_reads %ld\n", steps, reads);
     discard(c);
-    printf("state_at_the_end %d\n", current() != NULL);
+    printf("states_made %ld\nstates_left %d\n", made, current() != NULL);
 }
 
-#ifndef _WIN32
-/* A host that forks while nothing else runs: child and parent each go on. */
-static void task_fork(void)
+#if FMI == 3
+/* Until the end: when the events were, s. */
+static void task_early(void)
 {
-    double values[OUTPUTS], received[OUTPUTS];
-    int status = 0;
-    fmi2Component c = initialized();
-    advance(c, 0, 100, 1e-6);
-    int ends[2];
-    expect(pipe(ends) == 0, "a pipe");
-    pid_t child = fork();
-    if (child == 0) {
-        advance(c, 100, 5000, 1e-6);
-        read_outputs(c, received);
-        _exit(write(ends[1], received, sizeof received) != sizeof received);
+    bool again, terminate, nominals, states, defined;
+    double time = 0.0, next, values[OUTPUTS];
+    int count = 0;
+    is_early = true;
+    Slave c = begun();
+    while (time < 1e-3) {
+        if (!step_to_event(c, &time, 1e-3 - time)) continue;
+        printf("event_%d %.17g\n", ++count, time);
+        OK(EnterEventMode, c);
+        OK(UpdateDiscreteStates, c, &again, &terminate, &nominals, &states, &defined, &next);
+        OK(EnterStepMode, c);
     }
-    waitpid(child, &status, 0);
-    expect(status == 0, "the child ended well");
-    advance(c, 100, 5000, 1e-6);
     read_outputs(c, values);
-    expect(read(ends[0], received, sizeof received) == sizeof received, "the child's outputs");
-    expect(!memcmp(values, received, sizeof values), "child and parent have the same outputs");
-    print_outputs(values);
     discard(c);
+    print_outputs(values);
 }
 #else
-static void task_fork(void) { fail("not on Windows"); }
+static void task_early(void) { expect(0, "early return in FMI 2.0"); }
 #endif
 
 int main(int argc, char **argv)
 {
-    read_arguments(&argc, &argv);
-    if (argc < 4) fail("usage: host FOLDER GUID TASK [ARGUMENT]");
-    double argument = argc > 4 ? atof(argv[4]) : 1e-6;
-    const char *task = argv[3], *libpython = getenv("LIBPYTHON");
-    folder = argv[1], guid = argv[2];
-    if (libpython && !dlopen(libpython, RTLD_NOW | RTLD_GLOBAL)) fail(dlerror());
-    library = load(folder, "ClubBallImpact");
-    if (!strcmp(task, "impact")) task_impact(argument);
-    else if (!strcmp(task, "migrate")) task_migrate();
-    else if (!strcmp(task, "gone")) task_gone((long)argument);
-    else if (!strcmp(task, "fork")) task_fork();
-    else if (!strcmp(task, "state")) task_state((long)argument);
-    else fail("unknown task");
+    char path[4096];
+    const char *libpython = getenv("LIBPYTHON");
+    expect(argc == 7, "usage: host FOLDER BINARY TOKEN LAW TASK NUMBER");
+    folder = argv[1], token = argv[3], law = atoi(argv[4]);
+    const char *task = argv[5];
+    double number = atof(argv[6]);
+    if (libpython) load(libpython, RTLD_NOW | RTLD_GLOBAL);
+    snprintf(path, sizeof path, "%s/%s", folder, argv[2]);
+    library = load(path, RTLD_NOW | RTLD_LOCAL);
+    if (!strcmp(task, "impact")) task_impact(number);
+    else if (!strcmp(task, "threads")) task_threads((long)number);
+    else if (!strcmp(task, "state")) task_state((long)number);
+    else if (!strcmp(task, "early")) task_early();
+    else expect(0, "a task");
     puts("done");
     return 0;
 }
