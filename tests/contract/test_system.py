@@ -3,17 +3,17 @@
 import math
 import re
 from functools import cache
-from itertools import chain
 from xml.etree import ElementTree
 
 import fmpy
+import integrations
 import numpy as np
 import pytest
 from compare import assert_close
 from conftest import HERE, some
 from fmus import begin, discard, get, is_set, make_instance, put
 from programs import run_importer
-from test_swing import AT, AT_THE_BALL, sequence, swung
+from test_swing import AT, AT_THE_BALL, BACKSWING, sequence
 
 import golf_impact
 from golf_build import native
@@ -41,10 +41,12 @@ def run_system(fmus, steps, rollback=False):
     swing, impact = slaves["Swing"], slaves["ClubBallImpact"]
     # Its own start value is a speed at which it would touch the ball at once.
     put(impact, club_speed=get(swing, "club_speed")[0])
-    outputs = {
-        name: [n for n, v in slave.variables.items() if (v.causality, v.type) == ("output", "Real")]
+    names = [
+        (name, variable.name)
         for name, slave in slaves.items()
-    }
+        for variable in slave.variables.values()
+        if (variable.causality, variable.type) == ("output", "Real")
+    ]
     time, rows = 0.0, []
     for size in steps:
         used, before = get(swing, "impulse"), swing.getFMUstate()
@@ -56,14 +58,13 @@ def run_system(fmus, steps, rollback=False):
             swing.doStep(time, size)
         swing.freeFMUstate(before)
         for start, output, end, name in wires:
-            flag = slaves[start].types[output] == "Boolean"
-            value = is_set(slaves[start], output) if flag else get(slaves[start], output)[0]
+            is_flag = slaves[start].types[output] == "Boolean"
+            value = is_set(slaves[start], output) if is_flag else get(slaves[start], output)[0]
             put(slaves[end], **{name: value})
         time += size
-        rows.append([time, *chain(*(get(slaves[name], *outputs[name]) for name in slaves))])
+        rows.append([time, *(get(slaves[name], output)[0] for name, output in names)])
     discard(*slaves.values())
-    names = (f"{name}.{output}" for name in slaves for output in outputs[name])
-    return dict(zip(("time", *names), np.array(rows).T, strict=True))
+    return dict(zip(("time", *map(".".join, names)), np.array(rows).T, strict=True))
 
 
 # What `run_importer` takes: each finds the values of `names`.
@@ -230,50 +231,34 @@ def test_the_drive_fits_the_swing(drive, instance):
     turned = 1.0 / launch["m_club"] + launch["strike_height"] ** 2 / launch["head_inertia"]
     assert impact["m_club"] == pytest.approx(1.0 / turned, rel=1e-15)
     assert DRIVE["Swing"]["spin_loft"] == launch["dynamic_loft"] - launch["attack_angle"]
-    # The head's direction at the ball, from two positions of arms and club around it.
-    time, heads = swung(swing, 0.962, begin=1e-3), []
-    for end in (AT - 1e-6, AT + 1e-6):
-        swing.doStep(time, end - time)
-        time, (p, q) = end, get(swing, "arm_angle", "club_angle")
-        r, length = get(swing, "arm_length", "club_length")
-        # Towards the target, and down.
-        heads.append(r * np.exp(1j * p) + length * np.exp(1j * q))
-    down, along = (heads[1] - heads[0]).real, (heads[1] - heads[0]).imag
-    assert math.atan2(-down, along) == pytest.approx(launch["attack_angle"], abs=1e-8)
+    ((*_, path),) = integrations.swing(swing, [AT - BACKSWING], 0.1, 0.0, 0.0)
+    assert path == pytest.approx(launch["attack_angle"], abs=1e-8)
     cor = impact["restitution_at_rest"] - impact["restitution_slope"] * 113 * 0.44704
     assert cor == pytest.approx(0.801, abs=5e-4)
 
 
-def test_the_ball_has_landed_at_the_proposed_stop_time(ssp):
-    structure = ElementTree.fromstring(unpack(ssp)["SystemStructure.ssd"])
-    stop = float(structure.find("{*}DefaultExperiment").get("stopTime"))
-    names = "BallFlight.landed", "BallFlight.distance", "BallFlight.carry"
-    landed, distance, carry = run_in("fmpy", ssp, 0.01, stop, names).values()
-    assert landed == 1.0
-    assert distance == pytest.approx(carry, rel=1e-12)
-
-
 #: Ball and head of the system as parameters of `golf_impact.drive`.
 OF_THE_DRIVE = DRIVE["ClubBallImpact"] | DRIVE["Launch"]
-for name in ("dynamic_loft", "attack_angle"):
-    del OF_THE_DRIVE[name]
+LOFT, PATH = (OF_THE_DRIVE.pop(name) for name in ("dynamic_loft", "attack_angle"))
 
 
 def test_a_drive_in_python_is_that_of_the_system(ssp):
-    """`golf_impact.drive` with the system's ball, head and angles; the swing gives the speed."""
-    outputs = {
-        "ClubBallImpact": ("smash_factor", "ball_velocity"),
-        "Launch": ("ball_speed", "launch_angle", "backspin"),
-        "BallFlight": ("carry", "apex", "flight_time", "land_angle"),
-    }
-    names = [f"{part}.{name}" for part, some in outputs.items() for name in some]
-    expected = run_in("fmpy", ssp, 1e-2, 8.4, names)
-    path, loft = (DRIVE["Launch"][name] for name in ("attack_angle", "dynamic_loft"))
-    ball = expected["ClubBallImpact.ball_velocity"]
-    speed = ball / expected["ClubBallImpact.smash_factor"] / math.cos(loft - path)
-    found = golf_impact.drive("tour", speed, loft, path, **OF_THE_DRIVE)
-    for name in names:
-        assert found[name.partition(".")[2]] == pytest.approx(expected[name], rel=1e-12), name
+    """The swing gives the speed; at the .ssp's stop time the ball has landed."""
+    structure = ElementTree.fromstring(unpack(ssp)["SystemStructure.ssd"])
+    stop = float(structure.find("{*}DefaultExperiment").get("stopTime"))
+    names = [f"Launch.{name}" for name in ("ball_speed", "launch_angle", "backspin")]
+    names += [f"BallFlight.{name}" for name in ("carry", "apex", "flight_time", "land_angle")]
+    more = ["BallFlight.landed", "BallFlight.distance", "ClubBallImpact.smash_factor"]
+    names += ["ClubBallImpact.ball_velocity", *more]
+    expected = run_in("fmpy", ssp, 1e-2, stop, names)
+    landed, distance, smash_factor = map(expected.pop, more)
+    speed = expected["ClubBallImpact.ball_velocity"] / smash_factor / math.cos(LOFT - PATH)
+    found = golf_impact.drive("tour", speed, LOFT, PATH, **OF_THE_DRIVE)
+    assert landed == 1.0
+    assert distance == pytest.approx(found["carry"], rel=1e-12)
+    assert found["smash_factor"] == pytest.approx(smash_factor, rel=1e-12)
+    for name, value in expected.items():
+        assert found[name.partition(".")[2]] == pytest.approx(value, rel=1e-12), name
 
 
 @pytest.mark.parametrize(
