@@ -1,6 +1,5 @@
 """What FMI requires of a file beside its behaviour: descriptions, terminals, references."""
 
-import os
 import re
 import shutil
 import sys
@@ -9,7 +8,7 @@ from pathlib import Path
 import fmpy
 import pytest
 from command import ROOT, run
-from conftest import FILES, HERE, holds_c
+from conftest import HERE, holds_c
 from fmpy.validation import validate_fmu
 from html5 import elements
 from lxml import etree
@@ -21,10 +20,18 @@ from golf_build.archive import unpack, write_archive
 from golf_build.system import COMPANIONS
 from golf_impact.fmu.file import run_here
 
+DESCRIPTIONS = ("modelDescription.xml", "terminalsAndIcons.xml", "SystemStructure.ssd")
 
-@pytest.fixture(params=FILES)
-def fmu(request):
-    return request.getfixturevalue(request.param)
+
+def archive_of(name, once, system_files):
+    if name in FMUS:
+        return fmu_file(once, name)
+    return next(path for path in system_files() if path.stem == name)
+
+
+@pytest.fixture(params=marked((*FMUS, *COMPANIONS)))
+def fmu(request, once, system_files):
+    return archive_of(request.param, once, system_files)
 
 
 @pytest.fixture
@@ -34,20 +41,6 @@ def content(fmu):
 
 def test_fmpy_finds_no_problem(fmu):
     assert validate_fmu(str(fmu)) == []
-
-
-@pytest.mark.ci
-def test_vdmcheck_finds_no_problem(request, system_files, fmu_path, tmp_path):
-    """The rules of both standards as a formal model."""
-    folder = os.environ.get("GOLF_IMPACT_VDMCHECK")
-    if not folder:
-        pytest.skip("GOLF_IMPACT_VDMCHECK isn't set: tests/README.md has what it names")
-    for file in (*map(request.getfixturevalue, FILES), *system_files()[:3]):
-        check = f"{folder}/VDMCheck{3 if 'fmi3' in file.name else 2}.sh"
-        assert run(check, file).stdout == "No errors found.\n", file
-    text, damaged = unpack(fmu_path)["modelDescription.xml"], tmp_path / "modelDescription.xml"
-    damaged.write_bytes(text.replace(b'unit="N"', b'unit="furlong"', 1))
-    assert "Errors found." in run(f"{folder}/VDMCheck2.sh", damaged, code=1).stdout
 
 
 def test_what_it_needs(fmu, content):
@@ -71,18 +64,12 @@ def test_what_it_needs(fmu, content):
 
 # Descriptions and lists of files, as they are stored
 
-DESCRIPTIONS = ("modelDescription.xml", "terminalsAndIcons.xml", "SystemStructure.ssd")
 
-
-def archive_of(name, once, system_files, folder):
-    if name in FMUS:
-        return fmu_file(once, name)
-    if name == "wheel":
-        pytest.importorskip("pip", reason="pip isn't installed")
-        build = "pip", "wheel", "-q", "--no-deps", "--wheel-dir", folder, ROOT
-        run(sys.executable, "-m", *build, timeout=300)
-        return next(folder.glob("*.whl"))
-    return next(path for path in system_files() if path.stem == name)
+def wheel(folder):
+    pytest.importorskip("pip", reason="pip isn't installed")
+    build = "pip", "wheel", "-q", "--no-deps", "--wheel-dir", folder, ROOT
+    run(sys.executable, "-m", *build, timeout=300)
+    return next(folder.glob("*.whl"))
 
 
 def stable(text):
@@ -98,7 +85,7 @@ def stable(text):
 )
 def test_descriptions_and_names(pytestconfig, once, system_files, tmp_path, name):
     """Of binaries those of pythonfmu alone: native ones are of this machine."""
-    archive = archive_of(name, once, system_files, tmp_path)
+    archive = wheel(tmp_path) if name == "wheel" else archive_of(name, once, system_files)
     folder = HERE / "snapshots" / (name if name == "wheel" else archive.stem)
     content = unpack(archive)
     names = [n for n in sorted(content) if not ("native" in name and "binaries/" in n)]
@@ -126,34 +113,20 @@ def test_terminals(native_fmi3_path):
     assert {one.get("variableName") for one in tree.iter("TerminalMemberVariable")} <= variables
 
 
-# The page in documentation
-
-
-def check_page(file, content):
-    """It has every variable, and its links lead to files beside it."""
+def test_the_page(fmu, content):
+    """In documentation: it has every variable, and its links lead to files beside it."""
     text = content["documentation/index.html"].decode()
-    seen = elements(text)
+    seen, about = elements(text), fmpy.read_model_description(fmu)
     assert {"viewport", "color-scheme"} <= {meta.get("name") for meta in seen["meta"]}
     names = re.findall(r"<th[^>]*><code>(.*?)</code>", text)
-    assert names == [v.name for v in fmpy.read_model_description(file).modelVariables]
+    assert names == [v.name for v in about.modelVariables]
     linked = [one.get("href", one.get("src")) for each in seen.values() for one in each]
     assert {f"documentation/{name}" for name in linked if name} <= {*content}
-    return text
-
-
-def test_the_page(fmu, content):
-    text = check_page(fmu, content)
-    assert "P &minus; F" in text
+    assert about.defaultExperiment.stepSize
     assert ("Model Exchange" in text) == holds_c(fmu)
     folders = {name.split("/")[1] for name in content if name.startswith("binaries/")}
     assert ("macOS x86_64" in text) == bool(folders & {"darwin64", "x86_64-darwin"})
     assert ("Linux aarch64" in text) == ("aarch64-linux" in folders)
-
-
-def test_companions_have_a_page_and_an_experiment(system_files):
-    for file in system_files()[:3]:
-        check_page(file, unpack(file))
-        assert fmpy.read_model_description(file).defaultExperiment.stepSize
 
 
 # Reference results
@@ -164,8 +137,9 @@ def test_the_reference_results_come_from_the_reference():
     assert found == reference_results(), "python tests/tools/reference_results.py writes them"
 
 
-def test_the_fmu_has_the_reference_results(fmu):
-    _, found = run_here(fmu)
+@pytest.mark.parametrize("name", marked(FMUS))
+def test_the_fmu_has_the_reference_results(once, name):
+    _, found = run_here(fmu_file(once, name))
     assert set(found) == {"law1", "law2", "k_changed"}
     # Measured: 5.3e-16.
     assert max(found.values()) <= 1e-14

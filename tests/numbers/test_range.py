@@ -73,7 +73,7 @@ _SEPARATED_BY_DRAG = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("number", [None, *numbers(40, 200, 1000)])
+@pytest.mark.parametrize("number", [None, *numbers(20, 200, 1000)])
 def test_an_impact(way_of, number):
     """Every check of `golf-impact stress`, and law 2's coefficient of restitution."""
     given = _SEPARATED_BY_DRAG if number is None else wide(number)
