@@ -2,20 +2,23 @@
 
 import math
 import random
+from fractions import Fraction
 
 import pytest
 from cases import Case, scales_of
 from compare import assert_close, assert_within
 from conftest import numbers, some
-from golf_physics.laws.linear import LinearContact, UnderdampedContact, first_downward_zero
+from golf_physics.laws.linear import (
+    LinearContact,
+    UnderdampedContact,
+    first_downward_zero,
+    offsets_of_real_rate,
+)
 from golf_physics.values import Motion
 from random_cases import coinciding_rates
 
-from golf_impact.evidence.reference import Reference
-from golf_impact.evidence.reference import mp as _mp
-
-mp = _mp.clone()
-mp.dps = 60
+import golf_impact
+from golf_impact.evidence.reference import Reference, _LinearContact, mp
 
 
 def random_contact(number):
@@ -38,66 +41,54 @@ def random_contact(number):
     return k, 0.0 if law else b, b if law else 0.0, *bodies, start, push
 
 
-def exact_state(k, damper, drag, m_club, m_ball, start, push, t):
-    """d, v_club, v_ball, x_ball, impulse: exp(A t) of the equations of motion."""
-    force = [k, damper, -damper, 0, 0, 0]
-    club, ball = [-mp.mpf(f) / m_club for f in force], [mp.mpf(f) / m_ball for f in force]
-    club[1] -= mp.mpf(drag) / m_club
-    club[5] += mp.mpf(push) / m_club
-    ball[2] -= mp.mpf(drag) / m_ball
-    matrix = [[0, 1, -1, 0, 0, 0], club, ball, [0, 0, 1, 0, 0, 0], force, [0] * 6]
-    at_start = [start.compression, start.v_club, start.v_ball, start.x_ball, 0, 1]
-    return list(mp.expm(mp.matrix(matrix) * t, method="pade") * mp.matrix(at_start))[:5]
+def exact_contact(k, damper, drag, m_club, m_ball, start, push):
+    """From the reference: `at` gives d, v_club, v_ball, x_ball, force and impulse."""
+    values = {"law": 1 if drag else 2, "k": k, "b": drag or damper, "club_force": push}
+    values |= {"m_club": m_club, "m_ball": m_ball}
+    exact = {name: mp.mpf(value) for name, value in values.items()}
+    return _LinearContact(exact, [mp.mpf(x) for x in (start.compression, *start[2:4])])
 
 
-@pytest.mark.parametrize("seed", numbers(15, 60, 320))
+@pytest.mark.parametrize("seed", numbers(12, 60, 320))
 def test_a_random_phase(seed):
     """At its end and on the way; measured: 7e-15 of 320."""
     given = random_contact(seed)
-    k, damper, _, m_club, m_ball, start, _ = given
-    phases = [LinearContact(*given)]
+    k, _, _, m_club, m_ball, start, _ = given
+    exact, phases = exact_contact(*given), [LinearContact(*given)]
     if (underdamped := UnderdampedContact(*given)).duration:
         phases.append(underdamped)
     mu = m_club * (m_ball / (m_club + m_ball))
     for phase in phases:
         end = min(phase.duration, 20.0 * math.sqrt(mu / k))
-        most = phase.largest("force", end)[0], phase.largest("d", end)[0]
+        if end == phase.duration:
+            assert_within(float(abs(end / exact.duration - 1)), 1e-13, "end", given=given)
         speed = max(abs(start.v_club) + abs(start.v_ball), *map(abs, phase.state(end)[3:5]))
-        impulse = max(phase.impulse(0.0, end), mu * abs(start.closing))
-        scales = most[0], speed, speed, max(speed * end, start.x_club), impulse, most[1]
+        scales = {
+            "d": phase.largest("d", end)[0], "v_club": speed, "v_ball": speed,
+            "x_ball": max(speed * end, start.x_club), "force": phase.largest("force", end)[0],
+            "impulse": max(phase.impulse(0.0, end), mu * abs(start.closing)),
+        }  # fmt: skip
         for t in (1e-3 * end, 0.4 * end, end):
-            exact_d, v_club, v_ball, x_ball, exact_impulse = exact_state(*given, t)
-            exact_force = k * exact_d + damper * (v_club - v_ball)
-            force, _, x, v_1, v_2, d = phase.state(t)
-            exact = exact_force, v_club, v_ball, x_ball, exact_impulse, exact_d
-            found = force, v_1, v_2, x, phase.impulse(0.0, t), d
-            names = ("force", "v_club", "v_ball", "x_ball", "impulse", "d")
-            for name, value, right, scale in zip(names, found, exact, scales, strict=True):
-                assert_within(float(abs(value - right)) / scale, 1e-13, name, t=t, given=given)
-            if t == phase.duration:
-                # The zero itself, by the force there and its slope.
-                later = exact_state(*given, t * (1.0 + 1e-6))
-                slope = k * later[0] + damper * (later[1] - later[2]) - exact_force
-                assert_within(float(abs(exact_force / slope)) * 1e-6, 1e-13, "end", given=given)
-        shares = [0.5 * (1.0 - math.cos(math.pi * n / 200)) for n in range(1, 200)]
-        assert all(phase.value("force", share * end) > 0.0 for share in shares)
+            force, _, x_ball, *others = phase.state(t)
+            found = (others[2], *others[:2], x_ball, force, phase.impulse(0.0, t))
+            right = dict(zip(scales, exact.at(t)))
+            assert_close(dict(zip(scales, found)), right, scales, t=t, given=given)
 
 
 @pytest.mark.parametrize("beside", some(1, [0.0, -1e-12, 1e-9, 1e-15, -1e-6]))
 @pytest.mark.parametrize("ratio", some(2, [9.0, 3e3, 1e6]))
 def test_two_rates_of_law_1_meet(ratio, beside):
     """Newton's method converges linearly there. Measured: 2.8e-14."""
-    start = Motion(0.0, 0.0, 1.0, 0.0, 0.0, 1.0)
+    start, mu = Motion(0.0, 0.0, 1.0, 0.0, 0.0, 1.0), 1.0 / (1.0 + ratio)
     for bodies in ((1.0, 1.0 / ratio), (1.0 / ratio, 1.0)):
-        mu = 1.0 / (1.0 + ratio)
         for zeta in coinciding_rates(*bodies):
             given = mu, 0.0, 2.0 * zeta * (1.0 + beside) * mu, *bodies, start, 0.0
-            phase = LinearContact(*given)
+            phase, exact = LinearContact(*given), exact_contact(*given)
             for t in (0.02, 0.3, 2.0, 30.0):
-                d, v_club, v_ball, *_ = exact_state(*given, t)
-                _, _, _, v_1, v_2, found = phase.state(t)
-                error = max(abs(v_1 - v_club), abs(v_2 - v_ball), abs(found - d))
-                assert_within(float(error), 1e-13, zeta=zeta, bodies=bodies, t=t)
+                *_, v_club, v_ball, d = phase.state(t)
+                found = {"d": d, "v_club": v_club, "v_ball": v_ball}
+                scales = dict.fromkeys(found, 1.0)
+                assert_close(found, dict(zip(found, exact.at(t))), scales, zeta=zeta, t=t)
 
 
 RATIO = {"m_club": 0.2, "m_ball": 0.03}
@@ -134,21 +125,17 @@ def test_the_right_branch_on_both_sides(way_of, name, distance):
     assert right["separated"] == (distance < 0.0)
 
 
-@pytest.mark.parametrize(
-    ("ratio", "zeta", "separates"),
-    # The borders that theory gives: 2.9101 for the document's masses, 2 for equal ones, and a gap
-    # between 0.414 and 0.846 for a mass ratio of 0.15.
-    [
-        (0.04593 / 0.21, 2.910, True), (0.04593 / 0.21, 2.911, False),
-        (1.0, 1.9999, True), (1.0, 2.0001, False),
-        (0.15, 0.41, True), (0.15, 0.42, False), (0.15, 0.84, False), (0.15, 0.85, True),
-    ],
-)  # fmt: skip
-def test_law_1_separates_or_not(way_of, ratio, zeta, separates):
-    mu = 0.21 * ratio / (1.0 + ratio)
-    way = way_of("in process").begin({"m_ball": 0.21 * ratio, "b": 2.0 * zeta * (1e6 * mu) ** 0.5})
-    assert way.step(100.0)
-    assert way["separated"] == separates
+#: Mass ratios, and dampings just inside and outside of where theory lets law 1's bodies part: below
+#: 2.9101 for the document's masses and 2 for equal ones; for 0.15 not between 0.414 and 0.846.
+PARTING = ((0.04593 / 0.21, 2.910, 2.911), (1.0, 1.9999, 2.0001))
+PARTING += ((0.15, 0.41, 0.42), (0.15, 0.85, 0.84))
+
+
+@pytest.mark.parametrize(("ratio", "inside", "outside"), PARTING)
+def test_law_1_separates_or_not(ratio, inside, outside):
+    b = [2.0 * zeta * (1e6 * 0.21 * ratio / (1.0 + ratio)) ** 0.5 for zeta in (inside, outside)]
+    found = golf_impact.run_impacts(["separated"], m_ball=0.21 * ratio, b=b)
+    assert found["separated"].tolist() == [True, False]
 
 
 def test_a_maximum_beside_the_start():
@@ -167,3 +154,22 @@ def test_zeros_of_a_sine():
     """Without the real mode: a zero at 0 isn't the end of a contact that begins there."""
     for sine, zero in ((-1.0, 2.0 * math.pi), (1.0, math.pi)):
         assert first_downward_zero(0.1, 0.0, 0.0, sine) == zero
+
+
+@pytest.mark.parametrize("ball", [1 / 32, 3 / 16, 3 / 4])
+def test_the_real_rate_wherever_its_search_begins(way_of, ball):
+    """It satisfies its equation for dampings close to each other; C finds the same velocities."""
+    zetas = [n / 256 for n in range(1, 360)]
+    less, more = sorted((Fraction(ball), 1 - Fraction(ball)))
+    for zeta in zetas:
+        slow, x, y = map(Fraction, offsets_of_real_rate(ball, 1.0 - ball, zeta, float(more - less)))
+        span = 2 * Fraction(zeta) * (more - less)
+        assert abs((span - x) * (less + (slow + x) * x) - more * x) <= 2e-15 * more * x
+        assert abs(x + y - span) <= 1e-15 * span
+    b = [2.0 * zeta * math.sqrt(1e6 * ball * (1.0 - ball)) for zeta in zetas]
+    bodies, names = {"m_ball": ball, "m_club": 1.0 - ball}, ("club_velocity", "ball_velocity")
+    found, way = golf_impact.run_impacts(names, b=b, **bodies), way_of("in process")
+    for row, value in enumerate(b):
+        way.begin({**bodies, "b": value}).step(1.0)
+        expected = way.read(names)
+        assert {name: found[name][row] for name in names} == pytest.approx(expected, abs=1e-12)
