@@ -21,8 +21,8 @@ def render(template: Path, **values: Any) -> bytes:
 def model_description(context: dict[str, Any]) -> bytes:
     """The model description from a builder's context with token, tool and sources."""
     # In FMI 2.0 an index is the position from 1 on, not the value reference.
-    places = {row.name: n for n, row in enumerate(context["rows"], 1)}
-    known = places if context["fmi"] == 2 else context["references"]
+    places = enumerate(context["rows"], 1)
+    known = {row.name: n if context["fmi"] == 2 else row.reference for n, row in places}
     listed = {
         name: " ".join(str(known[other]) for other in others if other in known)
         for name, others in context.get("dependencies", {}).items()

@@ -5,7 +5,6 @@ import os
 import re
 import shlex
 import sys
-from pathlib import Path
 from subprocess import list2cmdline
 
 from golf_build.sources import CHECKOUT
@@ -16,17 +15,11 @@ def install_command(extra: str) -> str:
 
     Where a wheel is installed, it installs the packages that the extra consists of.
     """
-    words = [_shown(Path(sys.executable)), "-m", "pip"]
+    words = [sys.executable, "-m", "pip", "install"]
     command = list2cmdline(words) if os.name == "nt" else shlex.join(words)
     if CHECKOUT:
-        return f'{command} install -e "{_shown(CHECKOUT)}[{extra}]"'
+        return f'{command} -e "{CHECKOUT}[{extra}]"'
     of_extra = re.compile(rf"\bextra\s*==\s*['\"]{extra}['\"]")
     declared = (line.partition(";") for line in importlib.metadata.requires("golf-impact") or ())
     packages = (f'"{name.strip()}"' for name, _, marker in declared if of_extra.search(marker))
-    return f"{command} install {' '.join(packages)}"
-
-
-def _shown(path: Path) -> str:
-    """Relative to the working folder, if it is in there."""
-    here = Path.cwd()
-    return str(path.relative_to(here) if path.is_relative_to(here) else path)
+    return f"{command} {' '.join(packages)}"

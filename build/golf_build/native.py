@@ -31,8 +31,8 @@ from golf_build.errors import UnavailableError, UserError
 from golf_build.extras import install_command
 from golf_build.fmi2 import TABLES
 from golf_build.native_header import NATIVE_LAWS, native_row
-from golf_build.packaging import HERE, Builder
-from golf_build.sources import c_sources
+from golf_build.packaging import Builder
+from golf_build.sources import HERE, c_sources
 
 #: The ziglang of pyproject.toml's extra: other versions make other bytes.
 ZIGLANG = "0.13.0"
@@ -226,11 +226,6 @@ def ziglang() -> Path | None:
     if found is None or importlib.metadata.version("ziglang") != ZIGLANG:
         return None
     return Path(str(found.origin)).parent
-
-
-def fewer_platforms() -> str:
-    """This machine's platform, if a native FMU that is built here is for that alone; else empty."""
-    return "" if ziglang() else this_machine()
 
 
 def advice() -> str:

@@ -17,7 +17,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO
-from xml.etree import ElementTree
 
 import golf_physics
 from golf_physics.variables import Variable
@@ -25,9 +24,7 @@ from golf_physics.variables import Variable
 from golf_build.archive import SUMS, checksums, scratch, unpack, write_archive
 from golf_build.description import model_description, render
 from golf_build.errors import UserError
-from golf_build.sources import PHYSICS, fmu_source, project_license
-
-HERE = Path(__file__).resolve().parent
+from golf_build.sources import HERE, PHYSICS, fmu_source, project_license
 
 #: Files of FMUs, as they are.
 _CONTENTS = HERE / "contents"
@@ -72,9 +69,14 @@ class Builder:
         """The GUID (FMI 3.0: instantiation token) of an FMU of the current sources."""
         return str(uuid.uuid5(uuid.NAMESPACE_URL, f"golf-impact/{self.digest()}"))
 
-    def guid_of(self, fmu: Path) -> str | None:
-        """The GUID in a file; None if it has been changed since it was built, or can't be read."""
-        return guid_in(fmu)
+    def is_current(self, fmu: Path | BinaryIO) -> bool:
+        """Whether a file is that of the current sources, unchanged since it was built."""
+        try:
+            files = unpack(fmu)
+            intact = files.pop(SUMS) == checksums(files)
+            return intact and f'"{self.guid()}"'.encode() in files["modelDescription.xml"]
+        except Exception:  # zipfile raises many types for damaged files
+            return False
 
     def build(self, out: Path) -> Path:
         """Write the FMU to this file, whose folder is made if necessary; OSError if it can't be."""
@@ -95,9 +97,7 @@ class Builder:
 
     def _context(self, **others: Any) -> dict[str, Any]:
         """What the templates have, and `others`."""
-        rows = self.rows()
-        about = {"fmi": self.fmi, "name": self.model, "rows": rows, "runtime": RUNTIME}
-        about["references"] = {row.name: row.reference for row in rows}
+        about = {"fmi": self.fmi, "name": self.model, "rows": self.rows(), "runtime": RUNTIME}
         return self.tables | about | {"version": golf_physics.__version__} | others
 
     def describe(self, token: str, tool: str, sources: Iterable[str] = ()) -> bytes:
@@ -175,19 +175,6 @@ class PythonBuilder(Builder):
                 files[f"documentation/licenses/{RUNTIME}.txt"] = file.read_binary()
         files |= self.documents()
         return files | {SUMS: checksums(files)}
-
-
-def guid_in(fmu: Path | BinaryIO) -> str | None:
-    """The GUID in an FMU file; None if the file has been changed since it was built."""
-    try:
-        files = unpack(fmu)
-        if files.pop(SUMS) != checksums(files):
-            return None
-        root = ElementTree.fromstring(files["modelDescription.xml"])
-    except Exception:  # zipfile and ElementTree raise many types for damaged files
-        return None
-    # It has another name in FMI 3.0.
-    return root.get("guid") or root.get("instantiationToken")
 
 
 def _read(sources: Iterable[str]) -> dict[str, bytes]:

@@ -10,10 +10,11 @@ import golf_physics
 from golf_build.archive import checksums
 from golf_build.native_header import header
 
-_HERE = Path(__file__).resolve().parent
+#: The folder of this package.
+HERE = Path(__file__).resolve().parent
 
 #: The root of a checkout; None where golf_build is installed.
-CHECKOUT = _HERE.parents[1] if (_HERE.parent / "build_fmu.py").is_file() else None
+CHECKOUT = HERE.parents[1] if (HERE.parent / "build_fmu.py").is_file() else None
 
 PHYSICS = Path(golf_physics.__file__).resolve().parent
 
@@ -24,12 +25,12 @@ _HEADER = "variables.h"
 def fmu_source(name: str) -> Path:
     """A file or folder of fmu_src; but for golf_physics, inside this package if installed."""
     of_physics = name.startswith(PHYSICS.name)
-    return (PHYSICS.parent if CHECKOUT or of_physics else _HERE / "adapters") / name
+    return (PHYSICS.parent if CHECKOUT or of_physics else HERE / "adapters") / name
 
 
 def project_license() -> bytes:
     """The licence of the project; inside this package where it is installed."""
-    return ((CHECKOUT or _HERE) / "LICENSE").read_bytes()
+    return ((CHECKOUT or HERE) / "LICENSE").read_bytes()
 
 
 def c_sources(

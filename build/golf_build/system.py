@@ -7,7 +7,6 @@ import hashlib
 import io
 import sys
 import zipfile
-from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,8 +18,8 @@ from golf_build import fmi2
 from golf_build.archive import pack, unpack, write_archive
 from golf_build.description import render
 from golf_build.native import BUILDERS as NATIVE
-from golf_build.packaging import HERE, Builder, PythonBuilder, guid_in
-from golf_build.sources import fmu_source
+from golf_build.packaging import Builder, PythonBuilder
+from golf_build.sources import HERE, fmu_source
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -113,20 +112,19 @@ class System:
 
     def digest(self) -> str:
         """SHA-256 digest of all sources."""
-        return hashlib.sha256(self.guid().encode()).hexdigest()
+        parts = (self.structure().decode(), *(one.guid() for one in self.builders().values()))
+        return hashlib.sha256("/".join(parts).encode()).hexdigest()
 
-    def guid(self) -> str:
-        """A GUID of the sources, from which that in a file is computed as well."""
-        return _guid(self.structure(), (builder.guid() for builder in self.builders().values()))
-
-    def guid_of(self, ssp: Path) -> str | None:
-        """That of a file; None if it is damaged or another one."""
+    def is_current(self, ssp: Path) -> bool:
+        """Whether a file is that of the current sources, unchanged since it was built."""
         try:
             files = unpack(ssp)
-            fmus = (guid_in(io.BytesIO(files[f"resources/{name}.fmu"])) for name in DRIVE)
-            return _guid(files["SystemStructure.ssd"], map(str, fmus))
+            return files["SystemStructure.ssd"] == self.structure() and all(
+                builder.is_current(io.BytesIO(files[f"resources/{name}.fmu"]))
+                for name, builder in self.builders().items()
+            )
         except Exception:  # zipfile raises many types for damaged files
-            return None
+            return False
 
     def build(self, out: Path, native: bool = False) -> Path:
         """Write the .ssp; OSError: it can't be, UserError: no native FMUs on this machine."""
@@ -138,10 +136,6 @@ class System:
 
 
 SYSTEM = System()
-
-
-def _guid(structure: bytes, guids: Iterable[str]) -> str:
-    return "/".join((hashlib.sha256(structure).hexdigest(), *guids))
 
 
 def build(folder: Path, native: bool = False) -> dict[str, Path]:

@@ -7,9 +7,9 @@ from math import prod
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from golf_physics.variables import BY_NAME
 from numpy.typing import ArrayLike
 
-from golf_build import BY_NAME
 from golf_impact import engine
 from golf_impact.data.errors import UnavailableError, UserError, refused, unknown_name
 from golf_impact.data.quantities import START, undefined_results

@@ -18,8 +18,8 @@ from importlib.resources import files
 from typing import Any
 
 import numpy as np
+from golf_physics.variables import BY_NAME
 
-from golf_build import BY_NAME
 from golf_build.sources import digest
 from golf_impact.data.errors import UnavailableError, UserError, first_line, refusal, refused
 from golf_impact.data.quantities import START

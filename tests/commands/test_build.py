@@ -18,7 +18,7 @@ from conftest import some
 from packaging.requirements import Requirement
 
 from golf_build import extras, packaging
-from golf_build.archive import SUMS, unpack, write_archive
+from golf_build.archive import SUMS, checksums, unpack, write_archive
 from golf_build.fmi2 import BUILDER
 from golf_build.system import SYSTEM
 from golf_impact import fmu
@@ -93,11 +93,15 @@ def test_a_build_that_is_missing_damaged_or_out_of_date(tmp_path, fmu_path, monk
     assert message() == ""
     files = unpack(fmu_path)
     without = {name: content for name, content in files.items() if "power_law" not in name}
-    for damaged in (whole[:-100], b"", write_archive(tmp_path / "y", without).read_bytes()):
+    older = files["modelDescription.xml"].replace(BUILDER.guid().encode(), b"an older one")
+    listed = files | {"modelDescription.xml": older}
+    del listed[SUMS]
+    for other in (without, listed | {SUMS: checksums(listed)}):
+        assert not BUILDER.is_current(write_archive(built, other))
+    for damaged in (whole[:-100], b""):
         built.write_bytes(damaged)
-        assert message() == f"Built {built}: it was damaged.\n"
-    fmu.builder_of("Launch").build(built)
-    assert message() == f"Built {built}: its sources have changed.\n"
+        assert not BUILDER.is_current(built)
+    assert message() == f"Built {built}: it was out of date or damaged.\n"
 
 
 def test_what_makes_a_build_out_of_date(tmp_path, monkeypatch):
@@ -115,31 +119,26 @@ def test_what_makes_a_build_out_of_date(tmp_path, monkeypatch):
     assert len({*digests}) == len(digests) > 5
 
 
-def test_a_changed_or_damaged_system(tmp_path, ssp):
-    built = Path(shutil.copy(ssp, tmp_path))
-    assert SYSTEM.guid_of(built) == SYSTEM.guid()
-    for damage in (b"", b"\0"):
-        built.write_bytes(ssp.read_bytes()[:-1000] + damage)
-        assert SYSTEM.guid_of(built) is None
-    # The same FMUs, otherwise connected.
+def test_a_changed_or_damaged_system(tmp_path, ssp, fmu_path):
+    assert SYSTEM.is_current(ssp)
+    built = tmp_path / "x.ssp"
+    built.write_bytes(ssp.read_bytes()[:-1000])
+    assert not SYSTEM.is_current(built)
     files = unpack(ssp)
-    structure = files["SystemStructure.ssd"].replace(b'"mean_force"', b'"force"')
-    structure = structure.replace(b'"impulse"', b'"force"')
-    assert structure != files["SystemStructure.ssd"]
-    write_archive(built, files | {"SystemStructure.ssd": structure})
-    assert SYSTEM.guid_of(built) not in (None, SYSTEM.guid())
+    structure = files["SystemStructure.ssd"].replace(b'"impulse"', b'"force"')
+    for changed in (
+        {"SystemStructure.ssd": structure},
+        {"resources/ClubBallImpact.fmu": fmu_path.read_bytes()},  # of other start values
+    ):
+        assert changed.items() - files.items()
+        assert not SYSTEM.is_current(write_archive(built, files | changed))
 
 
 @pytest.mark.parametrize("extra", some(1, EXTRAS))
-def test_the_command_that_installs_an_extra(monkeypatch, tmp_path, extra):
+def test_the_command_that_installs_an_extra(monkeypatch, extra):
     """In a checkout the checkout with the extra; beside a wheel the packages of the extra."""
-    monkeypatch.chdir(ROOT)
-    python, *rest = shlex.split(extras.install_command(extra))
-    assert rest == ["-m", "pip", "install", "-e", f".[{extra}]"]
-    assert Path(python).is_absolute() != Path(sys.executable).is_relative_to(ROOT)
-    assert run(python, "-c", "import sys; print(sys.prefix)").stdout.strip() == sys.prefix
-    monkeypatch.chdir(tmp_path)
-    assert shlex.split(extras.install_command(extra))[4:] == ["-e", f"{ROOT}[{extra}]"]
+    command = sys.executable, "-m", "pip", "install", "-e", f"{ROOT}[{extra}]"
+    assert shlex.split(extras.install_command(extra)) == [*command]
     # As without a checkout.
     monkeypatch.setattr(extras, "CHECKOUT", None)
     packages = shlex.split(extras.install_command(extra))[4:]

@@ -130,7 +130,7 @@ def gcc():
 def test_fmpy_compiles_it(native_path, tmp_path):
     copy = shutil.copy(native_path, tmp_path / "ClubBallImpact.fmu")
     run(sys.executable, "-m", "fmpy", "compile", copy)
-    assert "compiled anew from its own sources" in golf_here("doctor", copy, code=0).stdout
+    golf_here("doctor", copy, code=0)
     golf_here("run", "--fmu", copy, "--set", "k=8e5", "--no-figures", "--out", tmp_path, code=0)
     row = fmpy.simulate_fmu(copy, stop_time=1e-3, output=["smash_factor"])[-1]
     assert row["smash_factor"] == pytest.approx(EXPECTED[1]["smash_factor"], rel=1e-13)

@@ -6,10 +6,9 @@ from importlib.resources import files
 import pytest
 from cases import DEFAULTS, KINDS, Case, scales_of
 from compare import assert_close
-from golf_physics.variables import MORE_UNITS
+from golf_physics.variables import BY_NAME, MORE_UNITS, UNITS
 from ways import REALS
 
-from golf_build import BY_NAME, UNITS
 from golf_impact.data.balls import BALLS
 from golf_impact.data.document import Printed
 from golf_impact.data.files import read_toml

@@ -30,7 +30,7 @@ def build(
     """
     from golf_build import native as in_c
     from golf_build import system as systems
-    from golf_impact.fmu import builder_of, default_path
+    from golf_impact.fmu.current import builder_of, default_path
     from golf_impact.fmu.file import check_temporary_folder
 
     if fmi not in (2, 3):
@@ -51,5 +51,5 @@ def build(
     except OSError as error:
         raise UserError(f"can't write {out}: {error.strerror or error}") from error
     print(*made, sep="\n")
-    if native and (platforms := in_c.fewer_platforms()):
-        print(f"For {platforms} alone: {in_c.advice()}", file=sys.stderr)
+    if native and not in_c.ziglang():
+        print(f"For {in_c.this_machine()} alone: {in_c.advice()}", file=sys.stderr)

@@ -3,7 +3,8 @@
 from collections.abc import Container, Iterable
 from typing import TYPE_CHECKING, Any
 
-from golf_build import BY_NAME
+from golf_physics.variables import BY_NAME
+
 from golf_impact.commands.console import say, warn
 from golf_impact.data.errors import UserError
 from golf_impact.data.quantities import LAWS_IN_WORDS, START, format_options

@@ -5,7 +5,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from golf_build import BY_NAME
+from golf_physics.variables import BY_NAME
+
 from golf_impact.data.files import read_toml
 
 #: The allowed values of `law`.

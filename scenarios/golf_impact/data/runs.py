@@ -7,8 +7,8 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 from golf_physics.values import SLOWEST
+from golf_physics.variables import BY_NAME
 
-from golf_build import BY_NAME
 from golf_impact.data.errors import refused, unknown_name
 from golf_impact.data.quantities import START
 

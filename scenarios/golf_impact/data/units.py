@@ -7,7 +7,8 @@ from collections.abc import Iterable, Mapping
 from math import pi
 from typing import Any
 
-from golf_build import BY_NAME, UNITS
+from golf_physics.variables import BY_NAME, UNITS
+
 from golf_impact.data.errors import refused
 
 _NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S.*)")

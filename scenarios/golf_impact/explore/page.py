@@ -10,9 +10,11 @@ from typing import Any
 from urllib.parse import urlencode
 
 import jinja2
+from golf_physics.variables import BY_NAME
 from markupsafe import Markup, escape
 
-from golf_build import BY_NAME, NATIVE_LAWS, VERSION
+from golf_build import VERSION
+from golf_build.native_header import NATIVE_LAWS
 from golf_impact.api import run_impact_anywhere
 from golf_impact.data import document
 from golf_impact.data.balls import BALLS, Ball

@@ -3,8 +3,6 @@
 import os
 import sys
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -69,13 +67,10 @@ def current_native(fmi: int = 2) -> Path:
     """
     builder = native.BUILDERS[fmi]
     path = default_path(builder)
-    current = builder.guid_of(path) == builder.guid()
-    if current and native.this_machine() in native.binaries_of(archive.unpack(path)):
+    machine = native.this_machine()
+    if builder.is_current(path) and machine in native.binaries_of(archive.unpack(path)):
         return path
-    with _writing(path):
-        replace(builder, here=True).build(path)
-    print(f"Built {path}, for {native.this_machine()} alone.", file=sys.stderr)
-    return path
+    return _build(replace(builder, here=True), path, f", for {machine} alone")
 
 
 def current_system() -> Path:
@@ -88,22 +83,19 @@ def _current(builder: packaging.Builder | system.System) -> Path:
         name = f"{builder.name}{builder.suffix}"
         raise UnavailableError(f"pythonfmu has no binary for {native.this_machine()}: no {name}")
     path = default_path(builder)
-    if (found := builder.guid_of(path)) == builder.guid():
+    if builder.is_current(path):
         return path
-    why = "its sources have changed" if found else "it was damaged"
-    why = why if os.path.exists(path) else "it was missing"
-    with _writing(path):
-        builder.build(path)
-    print(f"Built {path}: {why}.", file=sys.stderr)
-    return path
+    why = "it was out of date or damaged" if os.path.exists(path) else "it was missing"
+    return _build(builder, path, f": {why}")
 
 
-@contextmanager
-def _writing(path: Path) -> Iterator[None]:
+def _build(builder: packaging.Builder | system.System, path: Path, words: str) -> Path:
     try:
-        yield
+        builder.build(path)
     except OSError as error:
         raise UserError(
             f"can't write {path} ({error.strerror or error}): build it elsewhere, with "
             "`golf-impact build --out FILE`, and use it by --fmu FILE"
         ) from error
+    print(f"Built {path}{words}.", file=sys.stderr)
+    return path

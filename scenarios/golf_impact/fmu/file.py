@@ -9,12 +9,12 @@ import tempfile
 from pathlib import Path
 
 import fmpy
+from fmpy.model_description import ModelDescription
 from fmpy.util import read_csv
 
 from golf_build.archive import SUMS, checksums, scratch, unpack
 from golf_build.fmi2 import BUILDER
 from golf_build.native import binaries_of, this_machine
-from golf_build.packaging import guid_in
 from golf_impact.data.errors import UserError, first_line
 from golf_impact.data.runs import FLAGS, METRICS, PATH
 
@@ -36,8 +36,8 @@ def check_temporary_folder() -> None:
         )
 
 
-def read_fmu(path: Path) -> tuple[dict[str, bytes], bool]:
-    """The files of an FMU that can be run here, and whether its binaries were compiled anew.
+def read_fmu(path: Path) -> tuple[dict[str, bytes], ModelDescription]:
+    """The files of an FMU that can be run here, and its description.
 
     A file that has a list of its members with their digests must have these members and no others,
     except binaries that an importer has compiled from the sources in it.
@@ -53,26 +53,26 @@ def read_fmu(path: Path) -> tuple[dict[str, bytes], bool]:
         files = {name: data for name, data in files.items() if not name.endswith("/")}
         there = checksums({name: files[name] for name in files if name != SUMS})
         changed = set(there.splitlines()) ^ set(files.get(SUMS, there).splitlines())
-        compiled = bool(changed) and "sources/all.c" in files
-        if changed and not (compiled and all(b"  binaries/" in line for line in changed)):
+        compiled = "sources/all.c" in files and all(b"  binaries/" in line for line in changed)
+        if changed and not compiled:
             raise ValueError("it has been changed since it was built")
-        is_ssp = "SystemStructure.ssd" in files
-        if "modelDescription.xml" not in files and not is_ssp:
+        if "SystemStructure.ssd" in files:
+            raise UserError(f"{path} is an SSP, not an FMU: its FMUs are in its folder resources/")
+        if "modelDescription.xml" not in files:
             raise ValueError("modelDescription.xml is missing")
-        if not is_ssp:
-            fmpy.read_model_description(str(path))
+        about = fmpy.read_model_description(str(path))
+    except UserError:
+        raise
     except Exception as error:  # zipfile, XML and fmpy raise many types for damaged files
         text = f"{path} is not a readable FMU ({first_line(error)}): run `golf-impact build`"
         raise UserError(text) from error
-    if is_ssp:
-        raise UserError(f"{path} is an SSP, not an FMU: its FMUs are in its folder resources/")
     machine, machines = this_machine(), binaries_of(files)
     if machine not in machines:
         others = " and ".join(sorted(machines)) or "none"
         raise UserError(
             f"{path} has no binary for this machine, {machine}, but for {others}: use it there"
         )
-    return files, compiled
+    return files, about
 
 
 def check_fmu(path: Path) -> Path:
@@ -81,15 +81,14 @@ def check_fmu(path: Path) -> Path:
     Raises:
         UserError: it is missing, damaged, another FMU, or can't be run here.
     """
-    read_fmu(path)
-    about = fmpy.read_model_description(str(path))
+    _, about = read_fmu(path)
     known = {variable.name for variable in about.modelVariables}
     if missing := [name for name in (*METRICS, *PATH, *FLAGS) if name not in known]:
         raise UserError(f"{path} is another FMU ({about.modelName}): it lacks {missing[0]}")
     if about.fmiVersion != "2.0" or about.coSimulation is None:
         why = "is not an FMI 2.0 co-simulation FMU"
         raise UserError(f"{path} {why}: run `golf-impact build`")
-    if guid_in(path) != BUILDER.guid():
+    if not BUILDER.is_current(path):
         try:
             run_here(path)
         except UserError as error:
