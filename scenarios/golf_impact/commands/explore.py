@@ -8,7 +8,7 @@ from typing import Annotated
 from typer import Option
 
 from golf_impact.commands.console import RESULTS, say, warn
-from golf_impact.commands.options import case_of, complete_ball, complete_setting
+from golf_impact.commands.options import ball_option, case_of, set_option
 from golf_impact.data.errors import UserError
 
 EPILOG = (
@@ -22,13 +22,8 @@ _EXPORT = "Write the page there, e.g. for a web server or a class, and don't ope
 
 
 def explore(
-    ball: Annotated[
-        str | None, Option("--ball", metavar="NAME|FILE", help=_BALL, autocompletion=complete_ball)
-    ] = None,
-    set_: Annotated[
-        list[str] | None,
-        Option("--set", metavar="NAME=VALUE", help=_SET, autocompletion=complete_setting),
-    ] = None,
+    ball: Annotated[str | None, ball_option(_BALL)] = None,
+    set_: Annotated[list[str] | None, set_option(_SET)] = None,
     browser: Annotated[bool, Option(help="Open the page in a browser.")] = True,
     export: Annotated[Path | None, Option(metavar="FILE.html", help=_EXPORT)] = None,
     answers: Annotated[bool, Option(help="Include the answer key of the worksheet.")] = True,

@@ -1,9 +1,10 @@
-"""Options that several commands have: --set, --ball."""
+"""Options that several commands have: --set, --ball, and their values."""
 
 from collections.abc import Container, Iterable
 from typing import TYPE_CHECKING, Any
 
 from golf_physics.variables import BY_NAME
+from typer import Option
 
 from golf_impact.commands.console import say, warn
 from golf_impact.data.errors import UserError
@@ -27,9 +28,18 @@ def complete_ball(incomplete: str) -> list[str]:
     return [name for name in BALLS if name.startswith(incomplete)]
 
 
-def complete_setting(incomplete: str) -> list[str]:
-    """Names of inputs and parameters, for the completion of --set."""
-    return [f"{name}=" for name in START if name.startswith(incomplete)]
+def ball_option(words: str) -> Any:
+    """The option --ball with this help."""
+    return Option("--ball", metavar="NAME|FILE", help=words, autocompletion=complete_ball)
+
+
+def set_option(words: str, values: str = "VALUE") -> Any:
+    """The option --set with this help, whose names of inputs and parameters are completed."""
+
+    def complete(incomplete: str) -> list[str]:
+        return [f"{name}=" for name in START if name.startswith(incomplete)]
+
+    return Option("--set", metavar=f"NAME={values}", help=words, autocompletion=complete)
 
 
 def complete_output(incomplete: str) -> list[str]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from typer import Argument, Option
 
 from golf_impact.commands.console import RESULTS, err, out, print_table, progress, say, warn
-from golf_impact.commands.options import case_of, complete_ball, complete_setting, pairs_of
+from golf_impact.commands.options import ball_option, case_of, pairs_of, set_option
 from golf_impact.data.errors import UnavailableError, UserError
 
 if TYPE_CHECKING:
@@ -41,13 +41,8 @@ def run(
     names: Annotated[
         list[str] | None, Argument(metavar="NAME", hidden=True, autocompletion=complete_scenario)
     ] = None,
-    set_: Annotated[
-        list[str] | None,
-        Option("--set", metavar="NAME=VALUE", help=_SET, autocompletion=complete_setting),
-    ] = None,
-    balls: Annotated[
-        list[str] | None, Option("--ball", metavar="NAME", help=_BALL, autocompletion=complete_ball)
-    ] = None,
+    set_: Annotated[list[str] | None, set_option(_SET)] = None,
+    balls: Annotated[list[str] | None, ball_option(_BALL)] = None,
     name: Annotated[str | None, Option("--name", metavar="NAME", help=_NAME)] = None,
     folder: Annotated[Path | None, Option("--out", metavar="FOLDER", help=_OUT)] = None,
     figures: Annotated[bool, Option(help="Write figures.")] = True,

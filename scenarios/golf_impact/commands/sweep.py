@@ -1,7 +1,5 @@
 """`golf-impact sweep`: many impacts into one table, a picture and Sobol indices."""
 
-from __future__ import annotations
-
 import time
 from contextlib import ExitStack
 from pathlib import Path
@@ -10,12 +8,7 @@ from typing import Annotated
 from typer import Option
 
 from golf_impact.commands.console import print_table, progress, say, warn
-from golf_impact.commands.options import (
-    complete_output,
-    complete_setting,
-    pairs_of,
-    take_conditions,
-)
+from golf_impact.commands.options import complete_output, pairs_of, set_option, take_conditions
 from golf_impact.data.errors import UserError
 from golf_impact.data.units import remarks
 
@@ -35,10 +28,7 @@ _FMU = "Run the cases through this .fmu file, one after another."
 
 def sweep(
     *,
-    set_: Annotated[
-        list[str] | None,
-        Option("--set", metavar="NAME=VALUES", help=_SET, autocompletion=complete_setting),
-    ] = None,
+    set_: Annotated[list[str] | None, set_option(_SET, "VALUES")] = None,
     out: Annotated[Path, Option(metavar="FILE", help="FILE.csv or FILE.parquet.")],
     outputs: Annotated[
         str | None,

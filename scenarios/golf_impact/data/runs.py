@@ -48,10 +48,11 @@ def horizon(values: Mapping[str, float]) -> float:
     The values (SI units; start values for the others) may be such that the FMU rejects them. In C:
     fmu_src/native/rows.c.
     """
-    gap, club, ball = _numbers(values, "gap", "club_speed", "ball_speed")
+    given = {**START, **values}
+    closing = given["club_speed"] - given["ball_speed"]
     try:
-        approach = gap / (club - ball) if club - ball > SLOWEST else 0.0
-        step = max(HORIZON, 20.0 * half_period(values)) + approach
+        approach = given["gap"] / closing if closing > SLOWEST else 0.0
+        step = max(HORIZON, 20.0 * half_period(given)) + approach
     except (ArithmeticError, ValueError):
         return HORIZON
     return step if 0.0 < step < math.inf else HORIZON
@@ -65,21 +66,16 @@ def reduced_mass(values: Mapping[str, float]) -> float:
 
 def half_period(values: Mapping[str, float]) -> float:
     """The contact time without damping, s: π √(μ/k); an estimate if the exponent isn't 1."""
-    m_club, m_ball, k, n = _numbers(values, "m_club", "m_ball", "k", "exponent")
-    club, ball, d_r = _numbers(values, "club_speed", "ball_speed", "reference_compression")
-    mu = reduced_mass({"m_club": m_club, "m_ball": m_ball})
-    period = math.pi * math.sqrt(mu / k)
-    closing = abs(club - ball)
+    given = {**START, **values}
+    period = math.pi * math.sqrt(reduced_mass(given) / given["k"])
+    n, closing = given["exponent"], abs(given["club_speed"] - given["ball_speed"])
     if not (n > 1.0 and closing > SLOWEST):
         return period
     # Kinetic energy μ v²/2 = k d_r^(1-n) d^(n+1)/(n+1) at the largest compression d.
+    d_r = given["reference_compression"]
     ratio = closing * period / (math.pi * d_r)
     compression: float = d_r * (0.5 * (n + 1.0) * ratio * ratio) ** (1.0 / (n + 1.0))
     return math.pi * compression / closing
-
-
-def _numbers(values: Mapping[str, float], *names: str) -> list[float]:
-    return [float(values.get(name, START[name])) for name in names]
 
 
 def instants_of(values: Mapping[str, float], touch: float, contact: float, points: int) -> Any:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from golf_impact.api import columns_of, known_names, reason_of, run_impacts
 from golf_impact.data.errors import refused
 from golf_impact.data.quantities import START
-from golf_impact.data.runs import FLAGS, METRICS, MOMENTARY, ImpactArrays, Named
+from golf_impact.data.runs import FLAGS, METRICS, MOMENTARY, ImpactArrays, Named, reduced_mass
 
 #: Widths of differences, in units of a variable's scale: the first one, and those that are tried
 #: where its error is too large: an output changes faster or hardly at all, or a limit is near.
@@ -129,15 +129,14 @@ def _reason(name: str, of: str, columns: Mapping[str, Any], found: ImpactArrays,
 def _scale(of: str, v: Mapping[str, Any]) -> Any:
     """The change of a variable over which results change by about themselves."""
     closing = v["club_speed"] - v["ball_speed"]
-    mu = v["m_club"] * (v["m_ball"] / (v["m_club"] + v["m_ball"]))
     if of == "b":
-        return np.maximum(v["b"], np.sqrt(v["k"] * mu))
+        return np.maximum(v["b"], np.sqrt(v["k"] * reduced_mass(v)))
     if of == "club_speed":
         return np.where(v[of] == 0.0, closing, np.minimum(np.abs(v[of]), 2.0 * closing))
     if of == "ball_speed":
         return closing
     if of == "gap":
-        return np.maximum(v["gap"], closing * np.sqrt(mu / v["k"]))
+        return np.maximum(v["gap"], closing * np.sqrt(reduced_mass(v) / v["k"]))
     if of in ("exponent", "restitution_at_rest"):
         return np.ones_like(closing)
     if of == "restitution_slope":
