@@ -6,7 +6,15 @@ from dataclasses import replace
 import pytest
 
 import golf_impact
-from golf_impact.data.balls import BALLS, Ball, ball, ball_toml, rating_stiffness, read_ball
+from golf_impact.data.balls import (
+    BALLS,
+    Ball,
+    ball,
+    ball_toml,
+    range_remarks,
+    rating_stiffness,
+    read_ball,
+)
 from golf_impact.data.units import remarks, si_value
 
 MPH = 0.44704
@@ -106,19 +114,32 @@ def test_what_is_no_value(text):
 
 
 @pytest.mark.parametrize(
-    ("name", "usual", "suspicious"),
+    ("name", "usual", "suspicious", "hint"),
     [
-        ("club_speed", 70.0, 70.05),
-        ("m_club", 10.0, 10.005),
-        ("k", 1e4, 9.99e3),
-        ("ball_diameter", 1.0, 1.005),
-        ("b", 0.1, 0.099),
+        ("club_speed", 70.0, 70.05, "m/s: write --set club_speed=31.3152 for 70.05 mph or "),
+        ("m_club", 10.0, 10.005, "kg: write --set m_club=0.010005 for 10.005 g."),
+        ("k", 1e4, 9.99e3, "N/m: write --set k=9.99e+06 for 9990 N/mm."),
+        ("ball_diameter", 1.0, 1.005, "m: write --set ball_diameter=0.001005 for 1.005 mm."),
+        ("b", 0.1, 0.099, "N·s/m: golf balls have 1 to 100 there."),
         # Nothing is remarked about 0, nor about what is refused.
-        ("b", 0.0, 0.03),
-        ("k", -5.0, 770.0),
+        ("b", 0.0, 0.03, ""),
+        ("k", -5.0, 770.0, ""),
     ],
 )
-def test_numbers_that_look_like_another_units(name, usual, suspicious):
+def test_numbers_that_look_like_another_units(name, usual, suspicious, hint):
     assert remarks({name: usual}) == []
     (remark,) = remarks({name: suspicious})
-    assert f"{name}={suspicious:g} is taken in" in remark
+    assert remark.startswith(f"--set {name}={suspicious:g} is taken in {hint}")
+
+
+def test_speeds_for_which_a_ball_does_not_hold():
+    """Those of a range, and of a ball that was measured at a single one."""
+    once = replace(BALLS["roh-lee"], name="once", speeds=(40.0, 40.0))
+    balls, lose = [BALLS["roh-lee"], once], "measured balls lose 0.0029 of COR per m/s."
+    others = f"once was measured at 40 m/s, not at {{}}: {lose}"
+    for speed in (30.0, 50.0):
+        assert range_remarks(balls, speed) == [others.format(f"{speed:g}")]
+    for speed in (29.9, 50.1):
+        of_range = f"roh-lee holds for 30 to 50 m/s, not for {speed}."
+        assert range_remarks(balls, speed) == [of_range, others.format(speed)]
+    assert range_remarks(balls, 40.0) == []

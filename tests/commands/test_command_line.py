@@ -114,7 +114,7 @@ def test_a_damaged_or_foreign_fmu(tmp_path, fmu_path, damage):
 
 def test_a_cut_fmu_and_another_kind(tmp_path, fmu_path, native_fmi3_path):
     data, path = fmu_path.read_bytes(), tmp_path / "x.fmu"
-    for end in range(0, len(data), len(data) // 20):
+    for end in range(0, len(data), len(data) // 6):
         path.write_bytes(data[:end])
         check_refused(tmp_path, "run laws --fmu x.fmu", "not a readable FMU", "golf-impact build")
     shutil.copy(native_fmi3_path, path)

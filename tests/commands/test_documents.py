@@ -196,6 +196,7 @@ def test_what_is_stored_of_the_lesson():
 # Imports
 
 
+@pytest.mark.ci
 def test_contracts():
     """Those of pyproject.toml."""
     run(Path(sys.executable).with_name("lint-imports"), "--no-cache", cwd=ROOT)
@@ -218,6 +219,7 @@ def test_scripts_are_all_in_the_list_and_run_by_themselves():
     assert all(file.read_text("utf-8").endswith(end) for file in files)
 
 
+@pytest.mark.ci
 def test_nothing_undeclared_is_imported():
     """Third-party modules come from declared packages."""
     extras = chain(*PROJECT["optional-dependencies"].values())

@@ -30,6 +30,7 @@ def build(
     """
     from golf_build import native as in_c
     from golf_build import system as systems
+    from golf_impact.data.files import check
     from golf_impact.fmu.current import builder_of, default_path
     from golf_impact.fmu.file import check_temporary_folder
 
@@ -44,6 +45,7 @@ def build(
     out = out or default_path(builder)
     if not str(out).endswith(".fmu"):
         raise UserError(f"{out} is refused: the file's name must end in .fmu")
+    check(out)
     try:
         made = [builder.build(out)]
         if system:
