@@ -181,6 +181,12 @@ TABLES = {
         "",
         [[2e-6 * n for n in range(100) if n != 50], [n for n in range(100) if n != 50]],
     ),
+    "meganewtons": ("time,force [MN]\n0,1\n1,2\n", "", [[0, 1], [1e6, 2e6]]),
+    "missing at the end": (
+        "time,force\n" + "".join(f"{n},{'NaN' if n == 100 else n}\n" for n in range(1, 101)),
+        "",
+        [[*range(1, 100)]] * 2,
+    ),
     "overflow": ("time,force\n0,1\n1,9.9E+37\n2,3\n", "", [[0, 2], [1, 3]]),
 }
 

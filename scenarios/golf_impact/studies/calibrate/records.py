@@ -64,7 +64,8 @@ _HERTZ = re.compile(r"([kmg]$|[kmg]?(?=hz|s(a|ps|/s)))", re.I)
 _START = re.compile(r"(h|x|t|wf)?(start|offset|startoffset|origin|org|zero)(time)?|[xt]0|firstx")
 
 _CLOCK = re.compile(r".*\d:\d\d.*|\d{1,4}[-/.]\d\d?[-/.]\d{1,4}\D.*")
-_OVERFLOW = re.compile(r"[-+#]?(over.*|ov[fl]d?|ovrl|ol|clip(ped)?|inf(inity)?|∞|\*+)", re.I)
+_OVERFLOW = re.compile(r"[-+#]?(over.*|ov[flr]\w?|ovrl|ol|clip(ped)?|inf(inity)?|∞|\*+)", re.I)
+_MISSING = re.compile(r"-+|#?n/?a|nan|null|none|\?", re.I)
 _SUMMARY = re.compile(r"(average|avg|mean|st(andar)?d|dev|median|min|max|total|mittel).*", re.I)
 
 #: A number with marks of thousands, and perhaps its unit, by decimal mark.
@@ -294,6 +295,11 @@ def _cells(line: str, mark: str | None) -> list[str]:
 def _find_rows(cells: Sequence[list[str]]) -> tuple[int, int]:
     """The longest run of lines with numbers in the same columns and few others among them."""
     numeric = [frozenset(n for n, cell in enumerate(row) if _is_number(cell)) for row in cells]
+    # A number that is missing stands where one was, if there are others.
+    numeric = [
+        one and one | {n for n, cell in enumerate(row) if _MISSING.fullmatch(cell)}
+        for one, row in zip(numeric, cells)
+    ]
     kinds = [(one, len(one) == sum(map(bool, row))) for one, row in zip(numeric, cells)]
     some = [kind for kind in kinds if kind[0]]
     if not some:
