@@ -34,7 +34,7 @@ _MOST_ILLEGAL = 8
 class FmiComponent:
     """An instance with modes; `report` is called with a `Refusal` whenever something is refused."""
 
-    __slots__ = ("_illegal", "_mode", "_point", "_point_is_free", "_refused", "_report", "_size")
+    __slots__ = ("_illegal", "_mode", "_point_is_free", "_refused", "_report", "_size", "point")
 
     #: The variables by type and value reference.
     _rows: Mapping[tuple[str, int], Variable]
@@ -47,7 +47,7 @@ class FmiComponent:
         #: Why the next step is refused: illegal calls, which nothing can correct.
         self._illegal: tuple[Refusal, ...] = ()
         #: Where the host's next step is expected to begin, s, or anywhere: after a restore.
-        self._point = 0.0
+        self.point = 0.0
         self._point_is_free = False
         #: The last step size, s, if another such step needs only its communication point checked.
         self._size = nan
@@ -63,7 +63,7 @@ class FmiComponent:
             self._set_start_time(start_time)
 
     def _set_start_time(self, start_time: float) -> None:
-        self._point = start_time
+        self.point = start_time
 
     def enter_initialization(self) -> None:
         """From here on outputs are those of the present values."""
@@ -174,18 +174,18 @@ class FmiComponent:
             problem = problem or self._take_refusals()
             if problem is not None:
                 return problem._replace(sentence=refusal("UNTIL_CORRECTED", why=problem).sentence)
-        if point == self._point or self._goes_on(point, size):
+        if point == self.point or self._goes_on(point, size):
             return None
         if self._point_is_free and abs(point) <= LARGEST_TIME:
             return None
-        return refusal("POINT_JUMPS", value=point, point=self._point)
+        return refusal("POINT_JUMPS", value=point, point=self.point)
 
     def _goes_on(self, point: float, size: float) -> bool:
         """Whether a step begins where the last one ended, within the host's rounding errors."""
-        time = abs(self._point)
+        time = abs(self.point)
         allowed = min(POINT_TOLERANCE * max(size, time), MOST_OF_STEP * size)
         # Far from 0 doubles themselves may be further apart than steps.
-        return abs(point - self._point) <= max(allowed, 1e-15 * time)
+        return abs(point - self.point) <= max(allowed, 1e-15 * time)
 
     def _take_refusals(self) -> Refusal | None:
         """All that speaks against a step; the illegal calls are forgotten with that."""

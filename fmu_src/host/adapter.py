@@ -4,6 +4,11 @@ import threading  # it must not be first imported by a thread whose state is kep
 from collections.abc import Callable
 from typing import Any
 
+from pythonfmu import Fmi2Slave
+
+from .at_exit import prepare_process
+from .messages import Messages
+
 _this_thread = threading.local()
 
 
@@ -54,11 +59,41 @@ def accessors(type_: str, convert: Callable = lambda value: value) -> tuple[Call
     return get, put
 
 
-class Adapter:
-    """A slave around one component."""
+class Adapter(Fmi2Slave):
+    """A slave around one component, of this `kind`, made with these arguments."""
 
-    _component: Any
-    _thread_state: _ThreadState | None = None
+    # Frequent calls are bound to the component in slots: pythonfmu resolves them by name each time,
+    # and a slot is found without searching the instance's dictionary.
+    __slots__ = (
+        "_component", "_get_fmu_state", "_set_fmu_state", "_thread_state", "do_step", "set_real",
+    )  # fmt: skip
+
+    kind: type[Any]
+    _thread_state: _ThreadState | None
+
+    def __init__(self, *arguments: Any, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        report = Messages(self.log_queue, kwargs, lambda: component.point)
+        component = self._component = self.kind(*arguments, report)
+        prepare_process(self.resources, f"linux64/{self.modelName}.so")
+        self._thread_state = None
+        self.do_step = component.step
+        self.set_real = component.set_values
+        self._get_fmu_state = component.snapshot
+        self._set_fmu_state = component.restore
+
+    # The library calls these by the class.
+
+    @classmethod
+    def _fmu_state_to_bytes(cls, state):
+        return cls.kind.packed(state)
+
+    @classmethod
+    def _fmu_state_from_bytes(cls, data):
+        return cls.kind.unpacked(data)
+
+    def setup_experiment(self, start_time, stop_time=None, tolerance=None):
+        self._component.set_up(start_time)
 
     def enter_initialization_mode(self):
         # Not earlier: see _ThreadState.

@@ -22,8 +22,6 @@ class Companion(FmiComponent):
     #: Attributes of the state beside the variables, and the classes in them.
     inside: ClassVar[tuple[str, ...]] = ()
     classes: ClassVar[tuple[type, ...]] = ()
-    #: How many steps have been accepted since the instance was made.
-    steps = 0
 
     if TYPE_CHECKING:
 
@@ -33,7 +31,7 @@ class Companion(FmiComponent):
     def __init__(self, rows: Iterable[tuple[Any, ...]], report: Callable[[Refusal], Any]) -> None:
         super().__init__(report)
         self._rows = {(row.type, row.reference): row for row in (Variable(*row) for row in rows)}
-        modes = "_mode", "_point", "_refused", "_illegal"
+        modes = "_mode", "point", "_refused", "_illegal"
         self._state_names = (*modes, *self.inside, *(row.name for row in self._rows.values()))
         for row in self._rows.values():
             zero = 0.0 if row.type == "Real" else False
@@ -69,8 +67,7 @@ class Companion(FmiComponent):
             problem = Refusal(f"this step can't be computed: {error}")
         if problem is not None:
             return self._discard(problem)
-        self._point, self._point_is_free = point + size, False
-        self.steps += 1
+        self.point, self._point_is_free = point + size, False
         return True
 
     def _step(self, point: float, size: float) -> Refusal | None:
@@ -88,7 +85,6 @@ class Companion(FmiComponent):
         for name, value in state.items():
             setattr(self, name, value)
         self._point_is_free = True
-        self.steps += 1
 
     @staticmethod
     def packed(state: dict[str, Any] | None) -> bytes:

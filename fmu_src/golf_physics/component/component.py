@@ -87,7 +87,7 @@ class Component(FmiComponent):
         self._now: State | None = None
 
     def _set_start_time(self, start_time: float) -> None:
-        self.start_time = self.origin = self._point = start_time
+        self.start_time = self.origin = self.point = start_time
 
     def _begin(self) -> Refusal | None:
         parameters, inputs = self._split()
@@ -106,10 +106,10 @@ class Component(FmiComponent):
         Returns whether it was accepted; if not, a message says why, and nothing has changed.
         """
         if size == self._size and (
-            point == self._point or abs(point - self._point) <= POINT_TOLERANCE * size
+            point == self.point or abs(point - self.point) <= POINT_TOLERANCE * size
         ):
             self._count += 1.0
-            self._point = point + size
+            self.point = point + size
             self._now = None
             return True
         problem = self._check(point, size)
@@ -117,7 +117,7 @@ class Component(FmiComponent):
             return self._discard(problem)
         self._now = None
         self._size = nan if self._check_every_step else size
-        self._point = point + size
+        self.point = point + size
         self._point_is_free = False
         return True
 
@@ -144,7 +144,7 @@ class Component(FmiComponent):
         if problem is not None:
             return problem
         instant, origin = self.instant(), self.origin
-        if point != self._point and not self._goes_on(point, size):
+        if point != self.point and not self._goes_on(point, size):
             # After a restore the host's time may go on from anywhere; a touch to come moves.
             try:
                 touch = self.impact().touch
@@ -315,7 +315,7 @@ class Component(FmiComponent):
             Snapshot,
             (
                 tuple(self.values), self._mode, self._refused, self._illegal, self.start_time,
-                self.origin, self._point, self._impact, self._inputs, self._begun, self.last_step,
+                self.origin, self.point, self._impact, self._inputs, self._begun, self.last_step,
                 self._count, computed,
             ),
         )  # fmt: skip
@@ -327,7 +327,7 @@ class Component(FmiComponent):
             return
         (
             values, self._mode, self._refused, self._illegal, self.start_time, self.origin,
-            self._point, self._impact, self._inputs, begin, size, count, computed,
+            self.point, self._impact, self._inputs, begin, size, count, computed,
         ) = snapshot  # fmt: skip
         self._resize(self._impact, begin, size)
         self._count = count
