@@ -5,7 +5,6 @@ import random
 
 import numpy as np
 from cases import DEFAULTS, Case
-from compare import to_15_digits
 
 from golf_impact.data.runs import reduced_mass
 from golf_impact.evidence.random_impacts import (
@@ -149,4 +148,4 @@ def history(way, number):
         if rng.random() < 0.3:
             way.set(k=10.0 ** rng.uniform(4, 8), b=10.0 ** rng.uniform(-1, 3))
         found += [way.step(10.0 ** rng.uniform(-6, -3)), way.read()]
-    return [*found, *map(to_15_digits, way.messages)]
+    return [*found, *way.messages]

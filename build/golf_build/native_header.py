@@ -90,7 +90,7 @@ typedef enum {{
     REASONS
 }} Reason;
 
-/* %n: a name, %t: a type, %s: words, %r: a number, %g: one of six digits. */
+/* %n: a name, %t: a type, %s: words, %r: a number, %g: one with six digits. */
 static const char *const SENTENCES[] = {{
     "",
 {_lines(f"    /* {reason} */ {text}," for reason, text in sentences.items())}
@@ -168,12 +168,10 @@ def _sentences() -> Iterator[tuple[str, str]]:
 def _template(rule: str, **known: Any) -> str:
     """A rule's sentence as C has it: these words filled in, a code in place of each other one."""
     text = ""
-    for literal, field, spec, conversion in Formatter().parse(
-        ": ".join(filter(None, refusals.RULES[rule]))
-    ):
+    for literal, field, spec, _ in Formatter().parse(": ".join(filter(None, refusals.RULES[rule]))):
         text += literal
         if field in known:
             text += format(known[field], spec or "")
         elif field is not None:
-            text += _WORDS.get(field, "%r" if conversion == "r" else f"%{spec}")
+            text += _WORDS.get(field, "%g" if spec == "g" else "%r")
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'

@@ -49,7 +49,7 @@ class Refusal(NamedTuple):
 
 def rejected(name: str, value: Any, reason: str, unit: str = "") -> Refusal:
     """Why this value of this variable isn't accepted."""
-    return Refusal(f"{name} = {value!r}{unit} is refused: {reason}", name, value, reason)
+    return Refusal(f"{name} = {value:.12g}{unit} is refused: {reason}", name, value, reason)
 
 
 #: Time since the start of the run, s: two doubles (high, low) whose sum it is, so that an instant a

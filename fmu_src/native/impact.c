@@ -300,7 +300,7 @@ static int change_contact(Impact *i, const Parameters *p, Inputs inputs, Instant
     if (acting.k == i->acting.k && acting.b == i->acting.b
         && acting.club_force == i->acting.club_force)
         return 0;
-    if (p->exponent == 1.0 && acting.club_force) {
+    if (acting.club_force) {
         Failure why = failure_of_push(p, acting, approach_speed);
         if (why.reason) {
             i->contact.kind = LINEAR;

@@ -36,30 +36,18 @@ static double law_damping(const Parameters *p, double k, double b, double closin
     return 2.0 * zeta * mu * sqrt(0.5 * (p->exponent + 1.0) * (k / mu));
 }
 
-/* Why a linear contact is refused beside the force on the club head: it leaves few digits for this
-   approach speed. */
+/* Why a contact is refused beside the force on the club head: that leaves few digits for this approach
+   speed. */
 static Failure failure_of_push(const Parameters *p, Inputs inputs, double closing)
 {
-    double share = p->m_ball / (p->m_club + p->m_ball);
-    double contact_force = sqrt(inputs.k * p->m_club * share) * closing;
-    if (share * fabs(inputs.club_force) <= MOST_PUSH * contact_force) return (Failure){FINE, {0.0}};
-    return (Failure){LARGE_PUSH, {inputs.club_force, contact_force}};
-}
-
-/* The same of a power law, after this motion: whether the bodies separate would be left to rounding
-   errors. */
-static Failure failure_of_push_of_power_law(const Parameters *p, Inputs inputs, double compression,
-                                            double closing)
-{
-    double n = p->exponent, d_r = p->reference_compression, k = inputs.k, force = inputs.club_force;
+    double n = p->exponent, d_r = p->reference_compression, force = inputs.club_force;
     double share = p->m_ball / (p->m_club + p->m_ball), rate = closing / d_r;
-    /* The compression that the energy leads to, relative to d_r, to the power of n + 1. */
-    double power = 0.5 * (n + 1.0) * (p->m_club * share / k) * rate * rate;
-    power += pow(compression / d_r, n + 1.0);
-    double contact_force = k * d_r * pow(power, n / (n + 1.0));
-    if (force <= 0.0 || share * force <= MOST_PUSH_OF_POWER_LAW * contact_force)
-        return (Failure){FINE, {0.0}};
-    return (Failure){LARGE_PUSH_OF_POWER_LAW, {force, contact_force}};
+    /* Of the compression that the energy leads to, relative to d_r, the power n + 1. */
+    double power = 0.5 * (n + 1.0) * (p->m_club * share / inputs.k) * rate * rate;
+    double contact_force = inputs.k * d_r * pow(power, n / (n + 1.0));
+    double most = n == 1.0 ? MOST_PUSH : MOST_PUSH_OF_POWER_LAW;
+    if (share * fabs(force) <= most * contact_force) return (Failure){FINE, {0.0}};
+    return (Failure){LARGE_PUSH, {force, most, contact_force}};
 }
 
 /* The coefficient of the closing speed in the force, N.s/m. */

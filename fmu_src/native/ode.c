@@ -335,8 +335,6 @@ static void integrated_begin(Integrated *o, const Parameters *p, Inputs inputs, 
     o->x_ball = start.x_club - start.compression;
     o->last[D] = o->most[0] = start.compression;
     o->last[W] = start.closing;
-    o->failure = failure_of_push_of_power_law(p, inputs, start.compression, start.closing);
-    if (o->failure.reason) return;
     o->most[1] = integrated_force(o, start.compression, start.closing);
     if (!isfinite(o->most[1])) {
         o->failure = (Failure){NOT_FINITE, {start.compression, start.closing, o->most[1]}};

@@ -62,23 +62,18 @@ static Refusal conflict(const Parameters *p, Inputs inputs)
     return refusal_of(VR_b, DAMPING_RATIO, inputs.b, inputs.b / critical);
 }
 
-/* Why a force on the club head is rejected at touch: beside it the approach speed must not vanish. */
-static Refusal refusal_of_force(const Parameters *p, Inputs inputs, double closing)
-{
-    Failure why = p->exponent == 1.0 ? failure_of_push(p, inputs, closing)
-                                     : failure_of_push_of_power_law(p, inputs, 0.0, closing);
-    if (!why.reason) return ACCEPTED;
-    return refusal_of(VR_club_force, why.reason, why.numbers[0], why.numbers[1]);
-}
-
 /* Why a touch under these inputs is rejected: a coefficient of restitution that falls with the speed
    must stay in 0...1. */
 static Refusal refusal_of_touch(const Parameters *p, Inputs inputs)
 {
     double closing = inputs.club_speed - p->ball_speed;
     double coefficient = p->restitution_at_rest - p->restitution_slope * closing;
-    if (!p->restitution_at_rest || (LEAST_RESTITUTION <= coefficient && coefficient <= 1.0))
-        return refusal_of_force(p, inputs, closing);
+    if (!p->restitution_at_rest || (LEAST_RESTITUTION <= coefficient && coefficient <= 1.0)) {
+        Failure why = failure_of_push(p, inputs, closing);
+        const double *n = why.numbers;
+        if (!why.reason) return ACCEPTED;
+        return (Refusal){why.reason, place_of(VR_club_force), REAL, {n[0], n[1], n[2]}, FINE};
+    }
     return (Refusal){TOUCH, place_of(VR_club_speed), REAL,
                      {inputs.club_speed, p->restitution_at_rest, p->restitution_slope, closing,
                       coefficient}, FINE};
@@ -95,7 +90,7 @@ static void put_name(Text *t, double reference)
 {
     int place = place_of((uint32_t)reference);
     if (place < 0) put(t, "value reference ");
-    if (place < 0) put_number(t, reference, 15);
+    if (place < 0) put_number(t, reference, DIGITS);
     else put(t, TABLE[place].name);
 }
 
@@ -115,7 +110,7 @@ static void put_sentence(Text *t, const char *sentence, const Refusal *r, const 
             break;
         case 't': put(t, TYPES[r->type]); break;
         case 's': put(t, words); break;
-        default: put_number(t, *numbers++, *sentence == 'g' ? 6 : 15); break;
+        default: put_number(t, *numbers++, *sentence == 'g' ? 6 : DIGITS); break;
         }
     }
 }

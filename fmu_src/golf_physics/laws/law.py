@@ -2,10 +2,9 @@
 
 from collections.abc import Mapping
 from functools import partial
-from math import sqrt
 from types import MappingProxyType
 
-from ..refusals import MOST_PUSH, refusal
+from ..refusals import MOST_PUSH, MOST_PUSH_OF_POWER_LAW, refusal
 from ..values import Inputs, Motion, Parameters, Refusal
 from .contact import ContactPhase
 from .integrated import IntegratedContact
@@ -68,11 +67,17 @@ class LinearLaw(Law):
         return 0.0
 
     def refusal_of_push(self, p: Parameters, inputs: Inputs, closing: float) -> Refusal | None:
-        club_force, share = inputs.club_force, p.m_ball / (p.m_club + p.m_ball)
-        contact_force = sqrt(inputs.k * p.m_club * share) * closing
-        if share * abs(club_force) <= MOST_PUSH * contact_force:
+        k, _, _, club_force = inputs
+        n, length = p.exponent, p.reference_compression
+        share, rate = p.m_ball / (p.m_club + p.m_ball), closing / length
+        # Of the compression that the energy leads to, relative to `length`, the power n + 1.
+        power = 0.5 * (n + 1.0) * (p.m_club * share / k) * rate * rate
+        contact_force = k * length * power ** (n / (n + 1.0))
+        most = MOST_PUSH if n == 1.0 else MOST_PUSH_OF_POWER_LAW
+        if share * abs(club_force) <= most * contact_force:
             return None
-        return refusal("LARGE_PUSH", "club_force", club_force, contact_force=contact_force)
+        words = {"most": most, "contact_force": contact_force}
+        return refusal("LARGE_PUSH", "club_force", club_force, **words)
 
     def force(self, p: Parameters, k: float, b: float, compression: float, closing: float) -> float:
         return k * compression + self.damper(b) * closing

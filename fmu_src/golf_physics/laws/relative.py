@@ -10,35 +10,15 @@ gives: COR = exp(-2ζs(ζ)) depends on the damping ratio ζ alone, whatever the 
 arccos ζ/√(1-ζ²), or arccosh ζ/√(ζ²-1) above critical damping. So ζ is chosen at touch.
 """
 
-from math import inf, sqrt
+from math import sqrt
 from types import MappingProxyType
 
-from ..refusals import MOST_PUSH_OF_POWER_LAW, refusal
+from ..refusals import refusal
 from ..restitution import LEAST, damping_ratio
 from ..values import Inputs, Motion, Parameters, Refusal
 from .contact import ContactPhase
 from .law import Law, LinearLaw
-from .linear import linear_contact
 from .power_law import PowerLawContact
-
-
-def _refusal_of_force(
-    p: Parameters, k: float, club_force: float, compression: float, closing: float
-) -> Refusal | None:
-    """Why a push on the club head is rejected beside a power law, or None."""
-    if club_force <= 0.0:
-        return None
-    n, length = p.exponent, p.reference_compression
-    share = p.m_ball / (p.m_club + p.m_ball)
-    rate = closing / length
-    # The compression that the energy leads to, relative to `length`, to the power of n + 1.
-    power = 0.5 * (n + 1.0) * (p.m_club * share / k) * rate * rate
-    power += (compression / length) ** (n + 1.0)
-    contact_force = k * length * power ** (n / (n + 1.0))
-    if share * club_force <= MOST_PUSH_OF_POWER_LAW * contact_force:
-        return None
-    words = {"contact_force": contact_force}
-    return refusal("LARGE_PUSH_OF_POWER_LAW", "club_force", club_force, **words)
 
 
 class RelativeLaw(LinearLaw):
@@ -48,21 +28,14 @@ class RelativeLaw(LinearLaw):
 
     def refusal_of_touch(self, p: Parameters, inputs: Inputs) -> Refusal | None:
         """A coefficient of restitution that falls with speed must stay in 0…1."""
-        k, _, club_speed, club_force = inputs
-        closing = club_speed - p.ball_speed
+        closing = inputs.club_speed - p.ball_speed
         coefficient = p.restitution_at_rest - p.restitution_slope * closing
         if not p.restitution_at_rest or LEAST <= coefficient <= 1.0:
-            if p.exponent == 1.0:
-                return self.refusal_of_push(p, inputs, closing)
-            return _refusal_of_force(p, k, club_force, 0.0, closing)
+            return self.refusal_of_push(p, inputs, closing)
         return refusal(
-            "TOUCH", "club_speed", club_speed, at_rest=p.restitution_at_rest,
+            "TOUCH", "club_speed", inputs.club_speed, at_rest=p.restitution_at_rest,
             slope=p.restitution_slope, closing=closing, coefficient=coefficient, least=LEAST,
         )  # fmt: skip
-
-    def refusal_of_push(self, p: Parameters, inputs: Inputs, closing: float) -> Refusal | None:
-        # With an exponent, `contact` checks it against the present motion.
-        return super().refusal_of_push(p, inputs, closing) if p.exponent == 1.0 else None
 
     def damping(self, p: Parameters, k: float, closing: float) -> float:
         # Outputs may be read before a step is refused for a COR out of range.
@@ -72,16 +45,12 @@ class RelativeLaw(LinearLaw):
         return 2.0 * zeta * mu * sqrt(0.5 * (p.exponent + 1.0) * (k / mu))
 
     def contact(self, p: Parameters, inputs: Inputs, start: Motion) -> ContactPhase:
-        k, b, _, club_force = inputs
         if p.exponent == 1.0:
-            return linear_contact(k, b, 0.0, p.m_club, p.m_ball, start, club_force)
-        if not club_force:
-            return PowerLawContact(p, k, b, start)
-        problem = _refusal_of_force(p, k, club_force, start.compression, start.closing)
-        if problem is not None:
-            raise ArithmeticError(problem.sentence)
-        # In the scaled time it is a power of x, without a closed form.
-        return Law.contact(self, p, inputs, start)
+            return super().contact(p, inputs, start)
+        if inputs.club_force:
+            # In the scaled time it is a power of x, without a closed form.
+            return Law.contact(self, p, inputs, start)
+        return PowerLawContact(p, inputs.k, inputs.b, start)
 
     def damper(self, b: float) -> float:
         return b
@@ -90,8 +59,5 @@ class RelativeLaw(LinearLaw):
         n = p.exponent
         if n == 1.0:
             return super().force(p, k, b, compression, closing)
-        try:
-            power = (abs(compression) / p.reference_compression) ** (0.5 * (n - 1.0))
-        except OverflowError:
-            power = inf
+        power = (abs(compression) / p.reference_compression) ** (0.5 * (n - 1.0))
         return power * (k * power * compression + b * closing)
