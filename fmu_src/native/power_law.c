@@ -1,4 +1,4 @@
-/* laws/power_law.py and numerics/panels.py: a spring that stiffens and a matching damper (n > 1).
+/* laws/power_law.py: a spring that stiffens and a matching damper (n > 1).
 
    F = k d_r (d/d_r)^n + b (d/d_r)^((n-1)/2) d'. With m = (n+1)/2, x = (d/L)^m is a linear damped
    oscillator in a scaled time sigma, dsigma = omega (d/L)^(m-1) dt: x' = u, u' = -x - 2 zeta u. All is
