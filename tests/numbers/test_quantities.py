@@ -7,6 +7,7 @@ import pytest
 from cases import DEFAULTS, KINDS, Case, scales_of
 from compare import assert_close
 from golf_physics.variables import BY_NAME, MORE_UNITS, UNITS
+from scipy import constants
 from ways import REALS
 
 from golf_impact.data.balls import BALLS
@@ -109,6 +110,21 @@ def test_units_fit_their_factors():
         assert (si, quantity.factor * size) == (unit, pytest.approx(1.0)), name
     for control in PAGE["controls"]:
         assert size_of(control["unit"])[0] == (unit_of(control["name"]) or "1"), control
+
+
+def test_sizes_of_units():
+    """SciPy's, after NIST; those of prefixes by their powers of ten."""
+    sizes = {
+        "in": constants.inch, "ft": constants.foot, "oz": constants.oz, "lb": constants.lb,
+        "lbf": constants.lbf, "mph": constants.mph, "km/h": constants.kmh, "kmh": constants.kmh,
+        "kph": constants.kmh, "ft/s": constants.foot, "fps": constants.foot,
+        "deg": constants.degree, "°": constants.degree, "rpm": 2.0 * constants.pi / 60.0,
+        "lbf/in": constants.lbf / constants.inch, "%": 0.01, "daN": 10.0, "kN/mm": 1e6,
+        "N/mm": 1e3, "MN/m": 1e6, "kN/m": 1e3, "kN": 1e3, "MN": 1e6, "mN": 1e-3, "cm": 1e-2, "mm": 1e-3,
+        "um": 1e-6, "g": 1e-3, "ms": 1e-3, "us": 1e-6, "ns": 1e-9,
+    }  # fmt: skip
+    found = {symbol: size for symbol, (_, size) in SYMBOLS.items() if size != 1.0}
+    assert found == pytest.approx(sizes, rel=1e-12)
 
 
 #: Exponents of kg, m and s by unit.
