@@ -3,6 +3,7 @@
 import math
 import random
 from fractions import Fraction
+from operator import mul
 
 import pytest
 from cases import Case, scales_of
@@ -73,6 +74,27 @@ def test_a_random_phase(seed):
             found = (others[2], *others[:2], x_ball, force, phase.impulse(0.0, t))
             right = dict(zip(scales, exact.at(t)))
             assert_close(dict(zip(scales, found)), right, scales, t=t, given=given)
+
+
+@pytest.mark.parametrize("law", ["absolute", "relative"])
+def test_a_row_of_modes_is_level_real_mode_and_pair(law):
+    """Over a period it touches the pair's amplitude, on the side of both signs."""
+    rng, found = random.Random(5), 0
+    for number in range(law == "relative", 200, 2):
+        modes = LinearContact(*random_contact(number))._modes
+        if not modes.oscillates or modes.trail > modes.second:
+            continue
+        found, row = found + 1, [rng.uniform(-1.0, 1.0) for _ in "esgj"]
+        row[3] *= rng.choice((0.0, modes.r))
+        begin, period = rng.uniform(0.0, 3.0), 2.0 * math.pi / modes.second
+        shares = []
+        for n in range(200):
+            t = begin + n * period / 200
+            level, real, pair = modes.parts(row, t)
+            total = sum(map(mul, row, modes.at(t)))
+            shares.append((total - level - real) / pair)
+        assert (min(shares), max(shares)) == pytest.approx((-1.0, 1.0), abs=2e-4)
+    assert found > 20
 
 
 @pytest.mark.parametrize("beside", some(1, [0.0, -1e-12, 1e-9, 1e-15, -1e-6]))
