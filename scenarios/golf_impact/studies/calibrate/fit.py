@@ -124,9 +124,8 @@ class Problem:
                 low, high = ends_of(of, values[name])
                 rows = self._model({**values, name: high}) - self._model({**values, name: low})
                 slopes.append(rows / (high - low))
-                if name in touches:
+                if curve := self.data.curves.get(touches.get(name, "")):
                     # A difference over the jump itself is none of the force.
-                    curve = self.data.curves[touches[name]]
                     close = max(near * curve.spacing, UNITS["touch"] * (high - low))
                     beside = np.abs(curve.since_touch(values)) <= close
                     self.split(slopes[-1])[touches[name]][beside] = 0.0
@@ -134,10 +133,8 @@ class Problem:
             slopes = [np.zeros(self.rows) for one in params.values() if one.vary]
         return np.reshape(slopes, (-1, self.rows)).T
 
-    def solve(self, params: lmfit.Parameters, tolerance: float = 0.0, near: float = 0.0) -> Any:
+    def solve(self, params: lmfit.Parameters, tolerance: float = 1e-10, near: float = 0.0) -> Any:
         """lmfit's result of the minimum beside these parameters."""
-        # Of χ²; with many rows it is about their number, and 1e-3 a thirtieth of a σ.
-        tolerance = tolerance or max(1e-10, 1e-3 / self.rows if self.rows > _FEW else 0.0)
         found = lmfit.Minimizer(
             self.residual,
             params,
@@ -152,16 +149,15 @@ class Problem:
         return found.least_squares()
 
     def starts(self) -> list[lmfit.Parameters]:
-        """A grid of ζ and n; k from an undamped contact as long as the curve's, or 0.5 ms."""
-        data, duration, early = self.data, 5e-4, [0.0]
-        if data.curves:
-            curve = data.curves["curve"]
-            duration, early = 1.2 * float(np.ptp(curve.x[curve.contact])), [0.0, 0.1]
+        """A grid of ζ, ascending, and n; k from an undamped contact of 0.5 ms or the curve's."""
+        data, duration = self.data, 5e-4
+        if curve := data.curves.get("curve"):
+            duration = 1.2 * float(np.ptp(curve.x[curve.contact]))
         reduced, omega = reduced_mass(data.impact), math.pi / duration
         exponents = [self.fixed["exponent"]] if "exponent" in self.fixed else _EXPONENTS
         known = {name: one.value for name, one in data.scalars.measured.items()}
         starts = []
-        for zeta, n, share in product((0.1,) if data.series else _ZETAS, exponents, early):
+        for zeta, n in product((0.1,) if data.series else _ZETAS, exponents):
             # With the compression L = m v/ω: √(m k/μ) = ω (d_r/L)^(m − 1).
             m = 0.5 * (n + 1.0)
             ratio = REFERENCE_COMPRESSION * omega / (m * data.impact["club_speed"])
@@ -174,34 +170,29 @@ class Problem:
             for name in self.names:
                 params.add(name, guess[name], name not in self.fixed, *RANGES.get(name, ()))
             for curve in data.curves.values():
-                own = (-share * duration, *curve.baseline)
-                for (of, unit), value in zip(UNITS.items(), own):
+                for (of, unit), value in zip(UNITS.items(), (0.0, *curve.baseline)):
                     params.add(of + curve.suffix, value / unit)
             starts.append(params)
         return starts
 
-    def minimum(self, tolerance: float = 0.0) -> Any:
+    def minimum(self) -> Any:
         """lmfit's result of the best minimum; of several that are as good, the least damped one.
 
         UserError: no contact comes near the measurements, or they don't determine the parameters.
         """
-        curves, starts = self.data.curves, self.starts()
-        if any(len(one.x) > _FEW for one in curves.values()):
+        starts = self.starts()
+        if curves := self.data.curves:
             few = {name: one.thinned(_FEW) for name, one in curves.items()}
             thin = Problem(replace(self.data, curves=few), self.fixed)
-            starts = [self.shifted(thin.minimum(1e-5).params)]
-        elif curves:
-            starts = sorted(starts, key=self.cost)[:3]
-            best = min((self.solve(one, 1e-2) for one in starts), key=lambda one: one.chisqr)
+            starts = sorted(starts, key=thin.cost)[:3]
+            best = min((thin.solve(one, 1e-2) for one in starts), key=lambda one: one.chisqr).params
             for _ in range(2):
-                best = self.solve(self.shifted(best.params), 1e-6)
-            starts = [self.shifted(best.params)]
-        results = [self.solve(params, tolerance) for params in starts]
-        least = min(result.chisqr for result in results)
-        if least >= _FAR:
+                best = thin.solve(thin.shifted(best), 1e-6).params
+            starts = [self.shifted(best)]
+        # Of equal minima, but for rounding, the first is the least damped one.
+        best = min(map(self.solve, starts), key=lambda one: round(one.chisqr, 6))
+        if best.chisqr >= _FAR:
             raise UserError(f"{self.title}: no contact that ends comes near these measurements")
-        equal = (one for one in results if one.chisqr - least <= 1e-6 * (1.0 + least))
-        best = min(equal, key=lambda one: [round(one.params[n].value, 3) for n in self.names[1:]])
         lengths = np.linalg.norm(best.jac, axis=0)
         directions = best.jac / np.where(lengths, lengths, 1.0)
         if np.linalg.matrix_rank(directions, _DEPENDENT) < best.nvarys:
@@ -220,22 +211,14 @@ class Problem:
         varied = [one.name for one in params.values() if one.vary]
         others = [name for name in varied if not name.startswith("touch")]
         inverse = np.linalg.pinv(self.jacobian(params)[:, [varied.index(name) for name in others]])
-
-        def moved(touch: str, shift: float) -> tuple[float, float, lmfit.Parameters]:
-            found = params.copy()
-            found[touch].value += shift
-            # The others follow, as they would in a fit.
-            for name, change in zip(others, inverse @ self.residual(found)):
-                found[name].value -= change
-            return self.cost(found), shift, found
-
         for curve in self.data.curves.values():
-            touch = "touch" + curve.suffix
-            best = moved(touch, 0.0)[0], 0.0, params
             for rows, sign in product(_ROWS, (1.0, -1.0)):
-                further = best[1] + sign * rows * curve.spacing / UNITS["touch"]
-                best = min(best, moved(touch, further), key=lambda one: one[0])
-            params = best[2]
+                moved = params.copy()
+                moved["touch" + curve.suffix].value += sign * rows * curve.spacing / UNITS["touch"]
+                # The others follow, as they would in a fit.
+                for name, change in zip(others, inverse @ self.residual(moved)):
+                    moved[name].value -= change
+                params = min(params, moved, key=self.cost)
         return params
 
     def estimate_sigma(self, result: Any) -> None:
