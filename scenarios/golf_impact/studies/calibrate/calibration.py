@@ -93,10 +93,9 @@ class Calibration:
         estimated = self.data.estimated
         with np.errstate(all="ignore"):
             result = problem.minimum()
-            for _ in range(3 if estimated else 0):
+            # The minimum doesn't depend on an only σ.
+            for _ in range(3 if len(problem.parts) > 1 else 1):
                 problem.estimate_sigma(result)
-                if len(problem.parts) == 1:
-                    break  # the minimum doesn't depend on the only σ
                 result = problem.solve(result.params)
             self.sigma = {**problem.sigma}
             self.row_correlations = problem.enlarge_sigma(result)

@@ -185,10 +185,11 @@ class Problem:
             few = {name: one.thinned(_FEW) for name, one in curves.items()}
             thin = Problem(replace(self.data, curves=few), self.fixed)
             starts = sorted(starts, key=thin.cost)[:3]
-            best = min((thin.solve(one, 1e-2) for one in starts), key=lambda one: one.chisqr).params
+            best = min((thin.solve(one, 1e-2) for one in starts), key=lambda one: one.chisqr)
             for _ in range(2):
-                best = thin.solve(thin.shifted(best), 1e-6).params
-            starts = [self.shifted(best)]
+                thin.estimate_sigma(best)
+                best = thin.solve(thin.shifted(best.params), 1e-6)
+            starts = [self.shifted(best.params)]
         # Of equal minima, but for rounding, the first is the least damped one.
         best = min(map(self.solve, starts), key=lambda one: round(one.chisqr, 6))
         if best.chisqr >= _FAR:
@@ -211,6 +212,7 @@ class Problem:
         varied = [one.name for one in params.values() if one.vary]
         others = [name for name in varied if not name.startswith("touch")]
         inverse = np.linalg.pinv(self.jacobian(params)[:, [varied.index(name) for name in others]])
+        least = self.cost(params)
         for curve in self.data.curves.values():
             for rows, sign in product(_ROWS, (1.0, -1.0)):
                 moved = params.copy()
@@ -218,12 +220,13 @@ class Problem:
                 # The others follow, as they would in a fit.
                 for name, change in zip(others, inverse @ self.residual(moved)):
                     moved[name].value -= change
-                params = min(params, moved, key=self.cost)
+                if (cost := self.cost(moved)) < least:
+                    params, least = moved, cost
         return params
 
     def estimate_sigma(self, result: Any) -> None:
         """σ of the series without: residuals over rows less the parameters that they determine."""
-        leverages = self.split(np.sum(result.jac @ result.covar * result.jac, axis=1))
+        leverages = self.split(np.sum(np.linalg.qr(result.jac)[0] ** 2, axis=1))
         residuals = self.split(result.residual)
         for name in self.data.estimated:
             part, sigma = self.parts[name], self.sigma[name]
