@@ -3,7 +3,7 @@
 import matplotlib.pyplot as plt
 
 from golf_impact.data import document
-from golf_impact.data.quantities import describe
+from golf_impact.data.quantities import START, describe
 from golf_impact.scenario import Result, main
 
 PATH = ["force", "club_position", "ball_position", "club_velocity", "ball_velocity", "compression"]
@@ -14,7 +14,7 @@ def run(impact):
     path = impact.simulate(stop_time=0.68e-3, output=PATH, output_interval=2e-6)
 
     drag = 9.0 * exact["contact_displacement"]  # b x_B, N·s
-    gained = document.USED["m_ball"] * exact["ball_velocity"]
+    gained = START["m_ball"] * exact["ball_velocity"]
     result = Result("The document's impact, solved exactly", cases={"baseline": exact})
     result.tables.append(document.compare("baseline", exact))
     result.trajectories["baseline"] = path

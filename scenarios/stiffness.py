@@ -4,7 +4,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from golf_impact.data import document
-from golf_impact.data.quantities import describe
+from golf_impact.data.quantities import START, describe
 from golf_impact.scenario import Result, main
 
 #: Cases of the document beside each other: another stiffness without damping, with it, and both.
@@ -40,7 +40,7 @@ def run(impact):
     def over(title, metric):
         return np.array([result.cases[case][metric] for case in SETS[title]])
 
-    largest = 2.0 / (1.0 + document.USED["m_ball"] / document.USED["m_club"])
+    largest = 2.0 / (1.0 + START["m_ball"] / START["m_club"])
     elastic = [*over("elastic", "smash_factor"), fast["smash_factor"]]
     result.claims |= {
         "without damping S is 2 m_C/(m_C + m_B), whatever stiffness and club speed": np.allclose(

@@ -1,14 +1,21 @@
 """Where the project's files are, and the sources in C."""
 
 import hashlib
+import sys
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import golf_physics
 
 from golf_build.archive import checksums
 from golf_build.native_header import header
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
 
 #: The folder of this package.
 HERE = Path(__file__).resolve().parent
@@ -20,6 +27,12 @@ PHYSICS = Path(golf_physics.__file__).resolve().parent
 
 #: What native_header makes.
 _HEADER = "variables.h"
+
+
+def toml(path: Path) -> dict[str, Any]:
+    """The tables of a TOML file (UTF-8, byte order mark or not)."""
+    tables: dict[str, Any] = tomllib.loads(path.read_text("utf-8-sig"))
+    return tables
 
 
 def fmu_source(name: str) -> Path:

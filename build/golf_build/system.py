@@ -5,7 +5,6 @@ Everything that can be chosen is in `system.toml`; the companions' variables are
 
 import hashlib
 import io
-import sys
 import zipfile
 from dataclasses import replace
 from pathlib import Path
@@ -19,14 +18,9 @@ from golf_build.archive import pack, unpack, write_archive
 from golf_build.description import render
 from golf_build.native import BUILDERS as NATIVE
 from golf_build.packaging import Builder, PythonBuilder
-from golf_build.sources import HERE, fmu_source
+from golf_build.sources import HERE, fmu_source, toml
 
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
-
-_SYSTEM = tomllib.loads((HERE / "system.toml").read_text("utf-8"))
+_SYSTEM = toml(HERE / "system.toml")
 
 #: From component and variable to component and variable.
 CONNECTIONS = tuple(
@@ -70,7 +64,7 @@ def _companion(name: str) -> Builder:
     """The FMU whose modules and experiment are in `system.toml`."""
     modules = _SYSTEM["modules"][name] + _SYSTEM["modules"]["shared"]
     sources = [f"golf_physics/{module}.py" for module in modules]
-    table = tomllib.loads(fmu_source(sources[0]).with_suffix(".toml").read_text("utf-8"))
+    table = toml(fmu_source(sources[0]).with_suffix(".toml"))
     about = {"description": table.pop("description"), "model": table.pop("model")}
     rows = [_row(group, one, *table[group][one]) for group in table for one in table[group]]
     units = {unit: _UNITS[unit] for unit in _UNITS if unit in {row.unit for row in rows}}

@@ -52,13 +52,6 @@ def one_line(arguments: list[str]) -> int:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
     try:
-        for text in arguments:
-            # As from an unset shell variable.
-            if not text or (text.startswith("--") and text.endswith("=")):
-                raise UserError(
-                    f"an argument is empty ({text or 'two quotes with nothing in between'}): write "
-                    "a value, or leave the option out; is a variable of your shell unset?"
-                )
         code = app(arguments or ["--help"], prog_name="golf-impact", standalone_mode=False)
         if code == 130:
             # Typer has caught the KeyboardInterrupt.

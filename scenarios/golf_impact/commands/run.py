@@ -90,13 +90,7 @@ def run(
         speed = values.get("club_speed", START["club_speed"]) - values.get("ball_speed", 0.0)
         for words in ball.range_remarks(own_balls, speed):
             warn(words, style="yellow")
-        try:
-            mine = {own_name: own_case(impact, values, own_balls, own_name, figures)} if own else {}
-        except UserError as error:
-            option = next(
-                (o for o in set_ or [] if o.partition("=")[0].strip() == error.variable), None
-            )
-            raise UserError(f"--set {option}: {error}" if option else str(error)) from error
+        mine = {own_name: own_case(impact, values, own_balls, own_name, figures)} if own else {}
         advance(len(paths) + own, "writing")
         pages = [
             write_results(folder or RESULTS if prefix else place, some, impact, figures, prefix)
@@ -136,24 +130,23 @@ def own_case(
     """
     import numpy as np
 
+    from golf_impact.data.balls import Ball
     from golf_impact.data.quantities import DEFAULT_LAW, QUANTITIES, NoValue, derived, describe
     from golf_impact.data.runs import METRICS
     from golf_impact.report.results import Result, plot_forces
 
     result = Result("Your case" if len(balls) < 2 else "Your cases")
-    if len({Path(one.name).stem for one in balls}) < len(balls):
+    chosen = {Path(one.name).stem: one for one in balls} or {name: Ball(name, "", {}, "")}
+    if len(chosen) < len(balls):
         raise UserError("two balls have the same name: rename a file")
     cells, curves = [], {}
-    chosen: list[Ball | None] = [*balls] if balls else [None]
-    for one in chosen:
-        case = Path(one.name).stem if one else name
-        given = {**(one.values if one else {}), **values}
+    for case, one in chosen.items():
+        given = {**one.values, **values}
         found = dict(impact(**given))
-        unknown = one.unknown(found, values) if one else []
-        found |= dict.fromkeys(unknown, NoValue("k undetermined"))
-        result.cases[case] = found
+        unknown = one.unknown(found, values)
+        result.cases[case] = found | dict.fromkeys(unknown, NoValue("k undetermined"))
         shown, errors = derived(result.cases[case], given), {}
-        if one and one.covariance:
+        if one.covariance:
             from golf_impact.studies.intervals import result_intervals
 
             try:
@@ -173,14 +166,14 @@ def own_case(
         types = [(key, float) for key in path]
         title = f"trajectory_{case}" if len(balls) > 1 else "trajectory"
         result.trajectories[title] = np.rec.fromarrays(columns, types)
-        curves[f"{case}: {describe(given)}" if one else describe(given)] = path
+        curves[f"{case}: {describe(given)}" if balls else describe(given)] = path
     if figures and curves:
         result.figures["force"] = plot_forces(curves, "Contact force")
     labels = ["law, k, b", *(quantity.label for quantity in QUANTITIES.values())]
     what = ", ".join(f"{name} = {value:g}" for name, value in values.items())
     title = f"{what or 'as in the ball'} (SI units)"
     result.tables.append((title, ["", *result.cases], [*zip(labels, *cells)]))
-    if values.get("law", 1.0) == 1.0 and any("law" not in (b.values if b else {}) for b in chosen):
+    if values.get("law", 1.0) == 1.0 and any("law" not in one.values for one in chosen.values()):
         result.words = f"{result.words} {DEFAULT_LAW}".strip()
     return result
 

@@ -81,7 +81,6 @@ CASES = {
 #: Name, unit, and as texts the value in Table 1 and the one that gives the printed numbers.
 PARAMETERS = _DATA["parameters"]
 TABLE_1 = {name: float(printed) for name, _, printed, _ in PARAMETERS}
-USED = {name: float(used) for name, _, _, used in PARAMETERS}
 
 #: The figures of Roh & Lee (SI units).
 ROH_LEE = _DATA["roh_lee"]

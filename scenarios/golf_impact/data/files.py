@@ -3,7 +3,6 @@
 import json
 import os
 import re
-import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,6 +10,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from golf_build.archive import plain, whole
+from golf_build.sources import toml
 from golf_impact.data.errors import UserError
 
 #: A line of a TOML file with a number and a unit: k = 800 N/mm.
@@ -20,21 +20,15 @@ _UNQUOTED = re.compile(
     re.MULTILINE,
 )
 
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
-
 
 def read_toml(path: Path | str) -> dict[str, Any]:
     """The tables of a TOML file (UTF-8, byte order mark or not); UserError if it is none."""
     try:
-        tables: dict[str, Any] = tomllib.loads(Path(path).read_text("utf-8-sig"))
+        return toml(Path(path))
     except OSError as error:
         raise UserError(f"can't read {path}: {error.strerror}") from error
     except (ValueError, RecursionError) as error:
         raise UserError(f"{path} is not a TOML file: {error}{_quotes_hint(path)}") from error
-    return tables
 
 
 def _quotes_hint(path: Path | str) -> str:

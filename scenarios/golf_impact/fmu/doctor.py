@@ -6,13 +6,13 @@ import platform
 import shlex
 import sys
 import sysconfig
-import tempfile
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from zipfile import ZipFile, is_zipfile
+from zipfile import BadZipFile
 
+from golf_build.archive import scratch, unpack
 from golf_build.native import binaries_of, this_machine
-from golf_impact.data.errors import UserError
+from golf_impact.data.errors import UserError, first_line
 from golf_impact.fmu import current_fmu
 from golf_impact.fmu.file import TOLERANCE, check_temporary_folder, read_fmu, run_here
 
@@ -32,25 +32,20 @@ def examine(path: Path | None) -> Iterator[Finding]:
     try:
         check_temporary_folder()
         path = path or current_fmu()
-        yield from _examine_ssp(path) if _is_ssp(path) else _examine_fmu(path, str(path))
+        yield from (_examine_ssp if path.suffix == ".ssp" else _examine_fmu)(path, str(path))
     except UserError as error:
         yield "problem", str(error)
 
 
-def _is_ssp(path: Path) -> bool:
-    # Not of a damaged file: reading it as an FMU has the reason.
-    if not (os.path.isfile(path) and is_zipfile(path)):
-        return False
-    with ZipFile(path) as archive:
-        return "SystemStructure.ssd" in archive.namelist() and archive.testzip() is None
-
-
-def _examine_ssp(path: Path) -> Iterator[Finding]:
-    with ZipFile(path) as archive, tempfile.TemporaryDirectory(prefix="golf-impact-") as folder:
-        inside = [name for name in archive.namelist() if name.endswith(".fmu")]
-        yield "ok", f"SSP: {path} has {len(inside)} FMUs"
-        for name in inside:
-            yield from _examine_fmu(Path(archive.extract(name, folder)), name)
+def _examine_ssp(path: Path, name: str) -> Iterator[Finding]:
+    try:
+        fmus = {one: data for one, data in unpack(path).items() if one.endswith(".fmu")}
+    except (OSError, BadZipFile) as error:
+        raise UserError(f"{name} is not a readable SSP ({first_line(error)})") from error
+    yield "ok", f"SSP: {name} has {len(fmus)} FMUs"
+    with scratch({f"{n}.fmu": data for n, data in enumerate(fmus.values())}) as folder:
+        for n, one in enumerate(fmus):
+            yield from _examine_fmu(folder / f"{n}.fmu", one)
 
 
 def _examine_fmu(path: Path, name: str) -> Iterator[Finding]:
