@@ -33,15 +33,12 @@ sys.dont_write_bytecode = False
 LAW_2_CONTACT = 6.010445569987614e-4
 
 #: S, COR and velocities (m/s) of the defaults by law; `cases.exact` has more.
-LAW_1 = {
-    "smash_factor": 1.5641431548673965,
-    "coefficient_of_restitution": 0.9490239649368044,
-    "club_velocity": 21.529171647570728,
-    "ball_velocity": 54.74501042035888,
+CRITERIA = ("smash_factor", "coefficient_of_restitution", "club_velocity", "ball_velocity")
+_RESULTS = {
+    1: (1.5641431548673965, 0.9490239649368044, 21.529171647570728, 54.74501042035888),
+    2: (1.5842497138122187, 0.9307477583617195, 22.872568440767466, 55.44873998342765),
 }
-CRITERIA = (*LAW_1,)
-_LAW_2 = (1.5842497138122187, 0.9307477583617195, 22.872568440767466, 55.44873998342765)
-EXPECTED = {1: LAW_1, 2: dict(zip(CRITERIA, _LAW_2))}
+EXPECTED = {law: dict(zip(CRITERIA, results)) for law, results in _RESULTS.items()}
 
 #: Fixtures: the FMU in Python, and the native ones for each version of FMI.
 FILES = ("fmu_path", "native_path", "native_fmi3_path")

@@ -138,11 +138,6 @@ def get(slave, *names):
     return slave.get_reals([slave.references[name] for name in names])
 
 
-def get_all(slave):
-    """All real and all Boolean variables."""
-    return slave.get_reals(slave.reals), slave.getBoolean(slave.flags)
-
-
 def is_set(slave, name):
     """Whether a Boolean variable is true."""
     return bool(slave.getBoolean([slave.references[name]])[0])

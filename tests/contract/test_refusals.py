@@ -66,7 +66,7 @@ def test_of_whole_impacts(whole_way):
         assert not sentence or sentence.startswith(row["sentence"])
 
 
-@pytest.mark.parametrize("row", some(12, {str(row["values"]): row for row in IMPACTS}))
+@pytest.mark.parametrize("row", some(6, {str(row["values"]): row for row in IMPACTS}))
 def test_errors_and_the_command(row, tmp_path):
     """The exception has the parts; the command, one line."""
     with pytest.raises(golf_impact.UserError) as caught:

@@ -41,7 +41,7 @@ for folder, data, first, inputs, step in json.loads(sys.stdin.read()):
     for n in range(first, first + 250):
         fmus.put(slave, **inputs.get(str(n), {}))
         slave.doStep(n * step, step)
-        print(repr(fmus.get_all(slave)))
+        print(repr(fmus.read(slave)))
     fmus.discard(slave)
 """
 
@@ -62,7 +62,7 @@ def test_a_state_moves_to_another_process_in_mid_contact(way_of, pytestconfig, n
                 way.set(**inputs.get(n, {}))
                 assert way.step(step, n * step), way.messages
                 if n >= first:
-                    expected.append(repr(fmus.get_all(way.slave)))
+                    expected.append(repr(fmus.read(way.slave)))
     done = run_python(_OTHER, HERE, input=json.dumps(tasks))
     assert done.stdout.splitlines() == expected
 

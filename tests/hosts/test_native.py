@@ -239,7 +239,7 @@ def test_no_floating_point_exception_is_raised(native_path, tmp_path, times):
                     at = point if rng.random() < 0.9 else rng.choice(ODD)
                     point += size if step_status(slave, at, size) == 0 else 0.0
                 put(slave, rng.sample(inputs, rng.randrange(2)))
-                fmus.get_all(slave)
+                fmus.read(slave)
         slave.freeInstance()
 
 
