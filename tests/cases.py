@@ -9,7 +9,6 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
 from golf_physics.variables import SETTABLE
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
@@ -67,6 +66,11 @@ CASES = {
     "sticks": Case("they never part", {"b": 5000.0}),
     "sticks for long": Case("nothing is left of the compression", {"b": 5000.0}, end=1e3),
     "sticks for ever": Case("nor of anything else", {"b": 5000.0}, end=1e25),
+    "sticks, then parts": Case(
+        "drag separates them long after its fast mode has decayed",
+        {"m_club": 0.0031622776601683794, "m_ball": 316.2277660168379, "b": 11246.770270096215,
+         "club_speed": 36.0, "ball_speed": 1.0},
+    ),
     "equal masses": Case("both drags are one", {"m_club": 0.1, "m_ball": 0.1, "b": 400.0}),
     "very light ball": Case("1e-6 of the club", {"law": 2, "m_club": 2.0, "m_ball": 2e-6}),
     "very heavy ball": Case("1e6 of the club", {"law": 2, "m_ball": 2.1e5, "b": 0.05}),
@@ -162,7 +166,7 @@ CASES |= {
         "a force on the head", {"law": law, "b": 30.0, "club_force": force}, end=1.2e-3
     )
     for law in (1, 2)
-    for force in (1e-300, 1e-9, 1.0, 9e3, 1.3e4, 1.5e4, -1.2e4, -1.8e4)
+    for force in (1e-300, 1.0, 9e3, 1.3e4, -1.2e4, -1.8e4)
 }
 
 #: Beside the damping up to which modes are separate.
@@ -327,11 +331,8 @@ def integrated(values, changes=(), force=None, push=None, touch=0.0):
             x_club, x_ball, v_club, v_ball, _ = motion(t)
             return -force(x_club - x_ball, v_club - v_ball, v)
 
-        times = np.linspace(begun, path.t[-1], 300)
-        best = np.argmin([pull(t) for t in times])
-        around = times[max(0, best - 1)], times[min(best + 1, 299)]
-        found = minimize_scalar(pull, bounds=around, method="bounded", options={"xatol": 1e-12})
-        max_force = max(max_force, -found.fun, -pull(times[best]))
+        peak = minimize_scalar(pull, bounds=(begun, path.t[-1]), options={"xatol": 1e-12})
+        max_force = max(max_force, -peak.fun, -pull(begun), -pull(path.t[-1]))
         begun, state, v = path.t[-1], path.y[:, -1], v | later
         if path.status == 1:
             break

@@ -4,9 +4,8 @@ import math
 import random
 
 import numpy as np
-from cases import DEFAULTS, Case
+from cases import Case
 
-from golf_impact.data.runs import reduced_mass
 from golf_impact.evidence.random_impacts import (
     contact_time_of_law_2,
     critical_damping,
@@ -14,33 +13,9 @@ from golf_impact.evidence.random_impacts import (
 )
 
 
-def golf(number):
-    """Golf with a force on the head, near-critical dampings among them, inputs that change."""
-    rng = random.Random(number)
-    k, m_club, m_ball = 10.0 ** rng.uniform(5.0, 6.7), rng.uniform(0.1, 0.4), DEFAULTS["m_ball"]
-    mu = reduced_mass({"m_club": m_club, "m_ball": m_ball})
-    zeta = rng.choice([0.0, rng.uniform(0.0, 1.2), 1.0 + rng.uniform(-1e-6, 1e-6)])
-    b, half = 2.0 * zeta * math.sqrt(k * mu), math.pi * math.sqrt(mu / k)
-    forces = [100.0, -100.0, rng.uniform(-3e3, 3e3), rng.uniform(-3e4, 3e4)]
-    values = {"law": 1 + number % 2, "k": k, "b": b, "m_club": m_club}
-    values |= {"club_speed": rng.uniform(10.0, 60.0), "club_force": rng.choice(forces)}
-    values |= {"ball_speed": rng.choice([0.0, rng.uniform(-5.0, 5.0)])}
-    values["gap"] = rng.choice([0.0, rng.uniform(0.0, 0.005)])
-    usual, changes, time = {"k": k, "b": b, "club_force": 2e3, "club_speed": 35.0}, [], 0.0
-    for _ in range(rng.randint(0, 4)):
-        time += half * rng.uniform(0.1, 0.5)
-        chosen = [name for name in usual if rng.random() < 0.5]
-        inputs = {name: usual[name] * rng.uniform(0.7, 1.4) for name in chosen}
-        if "club_force" in inputs:
-            inputs["club_force"] *= rng.choice([0.0, 1.0, -1.0])
-        changes.append((time, inputs))
-    time += half * rng.choice([1.0, 2.0, 4.0])
-    return Case("golf", values, tuple(changes), time, rng.choice([0.0, rng.uniform(-9.0, 9.0)]))
-
-
 def far(number):
-    """Far beyond golf, as `golf-impact stress` has them."""
-    impact = random_impact(24, number)
+    """Far beyond golf, as `golf-impact stress` has them; of every second one the head is pushed."""
+    impact = random_impact(24, number, pushed=number % 2 == 1)
     return Case("far", impact.values, impact.changes, impact.end, impact.start_time)
 
 

@@ -60,9 +60,9 @@ def run(way, values, steps):
     return way.read()
 
 
-def unequal(seed):
+def unequal():
     """Into contact, 70 µs after touch, by ten steps, and by eight equal ones to 150 µs."""
-    rng = random.Random(seed)
+    rng = random.Random(1)
     steps = [rng.uniform(0.2, 1.8) * LONG / 500.0 for _ in range(480)]
     left = float(Fraction(LONG) - sum(map(Fraction, steps)))
     edges = [0.0, *sorted(rng.uniform(0.0, left) for _ in range(9)), left + 70e-6]
@@ -71,7 +71,7 @@ def unequal(seed):
 
 #: Of the equal ones the instant is the product of their number and size, of which none is a double.
 STEPS = {
-    **{f"unequal {seed}": (LONG, unequal(seed)) for seed in range(3)},
+    "unequal": (LONG, unequal()),
     "equal": (LONG, [(LONG + 150e-6) / 20_011] * 20_011),
     "alternating in contact": (0.0, [1e-9, 1.7e-9, 0.3e-9, 1e-9] * 10_000),
 }
@@ -84,28 +84,21 @@ def test_many_steps_end_where_few_do(way, values, name):
     values = {**values, "gap": 35.0 * approach}
     many, once = (run(way, values, s) for s in (steps, few(sum(map(Fraction, steps)))))
     assert many["in_contact"]
-    # That of the last step alone.
-    del many["mean_force"]
     # Positions: those of a ball that lies at 0 until touch.
     units = {"m/s": 35.0, "N": once["max_force"], "m": once["max_compression"]}
-    right = {name: once[name] for name in many if name != "touch_time"}
+    # The mean force is that of the last step alone.
+    right = {name: once[name] for name in once.keys() - {"touch_time", "mean_force"}}
     assert_close(many, right, {v.name: units.get(v.unit) for v in VARIABLES}, values=values)
 
 
 def test_after_a_club_speed_that_changes_at_every_step(way):
     """The gap that is left is a sum of as many products; their order has no effect."""
-    number, size, last = 10_000, 1e-6 / 3.0, 150e-6
-    gap = 35.0 * 2 * number * size + 1e-3
-
-    def moving(steps):
-        steps = [*steps, (40.0, 1e-3 / 40.0 + last)]
-        changes = ((size, {"club_speed": speed}) for speed, size in steps)
-        found = run(way, {"law": 2, "gap": gap}, changes)
-        return {name: found[name] for name in MOVING}
-
-    half = few(number * Fraction(size))
-    once = moving([(speed, step) for speed in (30.0, 40.0) for step in half])
-    assert_close(moving([(30.0, size), (40.0, size)] * number), once)
+    number, size, speeds = 10_000, 1e-6 / 3.0, ({"club_speed": 30.0}, {"club_speed": 40.0})
+    values = {"law": 2, "gap": 35.0 * 2 * number * size + 1e-3}
+    half, end = few(number * Fraction(size)), (1e-3 / 40.0 + 150e-6, speeds[1])
+    many = run(way, values, [*[(size, speed) for speed in speeds] * number, end])
+    once = run(way, values, [*((step, speed) for speed in speeds for step in half), end])
+    assert_close(many, {name: once[name] for name in MOVING})
 
 
 @each_law
@@ -154,7 +147,7 @@ def test_separation_wins_over_a_change_at_the_same_instant(way):
     assert after["club_velocity"] > 200.0
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(6))
 def test_after_separation_results_are_constant_and_the_compression_only_falls(way, seed):
     """To 0, where it stays, whatever the inputs."""
     rng = random.Random(seed)
@@ -222,29 +215,18 @@ P = Parameters(0.21, 0.04593, 0.04267, 2.0, 0.0, 2, 1.0, 0.005, 0.0, 0.0)
 TOUCH = Motion(0.0, 0.0, 35.0, 2.0, 0.0, 33.0)
 
 
-class Spring(Law):
-    """A spring whose force is another function beyond some border."""
+class Own(Law):
+    """A force as a function of k and the compression."""
 
-    name = description = "spring"
-
-    def __init__(self, beyond):
-        self.beyond = beyond
+    def __init__(self, force):
+        self._force = force
 
     def force(self, p, k, b, compression, closing):
-        return k * compression if k <= 1e6 else self.beyond
-
-
-class Exponential(Spring):
-    """Stiff: the first iterations leave the range of a double."""
-
-    def force(self, p, k, b, compression, closing):
-        return math.expm1(1e6 * compression) if compression < 7e-4 else self.beyond
+        return self._force(k, compression)
 
 
 class Both(LinearLaw):
     """A damper between the bodies and a drag on each: integrated."""
-
-    name = description = "both"
 
     def damper(self, b):
         return b
@@ -256,7 +238,7 @@ class Both(LinearLaw):
 @pytest.mark.parametrize("beyond", [math.inf, math.nan])
 def test_a_law_without_a_number(monkeypatch, beyond):
     """A change that leads there is refused and has no effect; an output is NaN."""
-    monkeypatch.setitem(LAWS, 2, Spring(beyond))
+    monkeypatch.setitem(LAWS, 2, Own(lambda k, d: k * d if k <= 1e6 else beyond))
     way, other = InProcess().begin({"law": 2}), InProcess()
     assert way.step(1e-4)
     before = way["force"]
@@ -281,7 +263,7 @@ def by_integration(law, *given):
 
 
 @pytest.mark.parametrize("law", [Both(), LAWS[1], LAWS[2]])
-@pytest.mark.parametrize("b", [0.0, 9.0, 100.0, 500.0])
+@pytest.mark.parametrize("b", [0.0, 9.0, 500.0])
 def test_a_linear_law_by_its_coefficients_alone(law, b):
     """Against the integration of its force and drag; measured: 5e-15."""
     given = Inputs(1e6, b, 35.0, 0.0), TOUCH
@@ -297,7 +279,9 @@ def test_a_linear_law_by_its_coefficients_alone(law, b):
 
 
 def test_an_integration_that_diverges_is_refined():
-    phase = by_integration(Exponential(math.inf), Inputs(1e6, 0.0, 35.0, 0.0), TOUCH)
+    # Stiff: the first iterations leave the range of a double.
+    law = Own(lambda k, d: math.expm1(1e6 * d) if d < 7e-4 else math.inf)
+    phase = by_integration(law, Inputs(1e6, 0.0, 35.0, 0.0), TOUCH)
     # Elastic: velocities by momentum and energy.
     mean = (35.0 * 0.21 + 2.0 * 0.04593) / 0.25593
     assert phase.end_velocities() == pytest.approx([2 * mean - 35.0, 2 * mean - 2.0], rel=1e-13)

@@ -36,9 +36,6 @@ def test_the_number_of_threads(monkeypatch):
         golf_impact.run_impacts(k=[1e6])
     monkeypatch.delenv("GOLF_IMPACT_THREADS")
     assert engine.number_of_threads() >= 1
-    for threads in (0, -1, 1.5):
-        with pytest.raises(golf_impact.UserError, match=f"threads = {threads} is refused"):
-            golf_impact.run_impacts(threads=threads)
 
 
 def test_only_what_is_read_is_computed(monkeypatch):
@@ -89,6 +86,8 @@ def test_shapes_and_cases_without_a_contact():
     one = golf_impact.run_impacts(law=2)
     assert [value.shape for value in one.values()] == [()] * len(METRICS)
     assert golf_impact.run_impacts(["impulse"], k=np.empty((0, 2)))["impulse"].shape == (0, 2)
+    with pytest.raises(golf_impact.UserError, match=r"k \(2,\), b \(3,\)"):
+        golf_impact.run_impacts(k=[1, 2], b=[1] * 3)
 
 
 @pytest.mark.parametrize(
@@ -117,12 +116,6 @@ def test_values_with_units():
     assert one["impulse"] == expected["impulse"][0]
 
 
-def test_arrays_that_are_refused():
-    for values, why in (({"k": [1j]}, "a number"), ({"k": [1, 2], "b": [1] * 3}, r"k \(2,\), b")):
-        with pytest.raises(golf_impact.UserError, match=why):
-            golf_impact.run_impacts(**values)
-
-
 # Trajectories
 
 
@@ -133,34 +126,32 @@ def test_instants_in_any_order():
     for name, values in path.items():
         np.testing.assert_allclose(got[name], values[order], atol=1e-13 * np.abs(values).max())
     assert golf_impact.run_trajectory(times=[])["force"].shape == (0,)
+    assert golf_impact.run_trajectory(points=2)["time"].shape == (2,)
     # More than a call of the engine takes.
     many = golf_impact.run_trajectory(10_001, ["impulse"], law=2, gap=1e-3)
     assert (np.diff(many["impulse"]) >= 0.0).all()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"times": [-1e-9]}, "times = -1e-09 is refused: each must be a number of 0 to 1e"),
-        ({"times": [1.0000001e100]}, "0 to 1e"),
-        ({"times": "soon"}, "times = 'soon' is refused"),
-        ({"times": [0.0], "outputs": ["mean_force"]}, "use points"),
-        ({"times": [1.0], "law": 2, "restitution_at_rest": 0.1, "restitution_slope": 1.0}, "touch"),
-    ],
-)
-def test_trajectories_that_are_refused(arguments, message):
+rows, trajectory = golf_impact.run_impacts, golf_impact.run_trajectory
+LINE = {"law": 2, "restitution_at_rest": 0.1, "restitution_slope": 1.0}
+REFUSED = [
+    (rows, {"k": [1j]}, "a number"),
+    *((rows, {"threads": n}, f"threads = {n} is refused") for n in (0, -1, 1.5)),
+    *((trajectory, {"points": n}, rf"^points = {n} .* at least 2") for n in (1, 2.5)),
+    (trajectory, {"times": [-1e-9]}, "^times = -1e-09 .* each must be a number of 0 to 1e"),
+    (trajectory, {"times": [1.0000001e100]}, "0 to 1e"),
+    (trajectory, {"times": "soon"}, "times = 'soon' is refused"),
+    (trajectory, {"times": [0.0], "outputs": ["mean_force"]}, "use points"),
+    (trajectory, {"times": [1.0], **LINE}, "touch"),
+]
+
+
+@pytest.mark.parametrize(("function", "arguments", "message"), REFUSED)
+def test_arguments_that_are_refused(function, arguments, message):
     with pytest.raises(golf_impact.UserError, match=message) as caught:
-        golf_impact.run_trajectory(**arguments)
+        function(**arguments)
     assert caught.value.reason
     assert caught.value.variable
-    assert len(golf_impact.run_trajectory(points=2)["time"]) == 2
-
-
-def test_a_number_of_points_that_is_refused(way_of):
-    for run in (golf_impact.run_trajectory, way_of("Impact").function.trajectory):
-        for points in (1, 2.5):
-            with pytest.raises(golf_impact.UserError, match=rf"^points = {points} .* at least 2"):
-                run(points)
 
 
 # The module, and wasmtime

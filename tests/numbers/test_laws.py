@@ -7,7 +7,6 @@ equations are found, by any steps. Model Exchange has no phases: test_model_exch
 import os
 import re
 import sys
-import zipfile
 from functools import cache
 from itertools import pairwise
 
@@ -16,20 +15,15 @@ from cases import integrated
 from command import ROOT, checkout
 from command import run as run_process
 from compare import assert_close
-from golf_physics import variables
 from golf_physics.laws import LAWS
 from golf_physics.laws.law import LinearLaw
 from golf_physics.values import Parameters
-
-from golf_build.native_header import NATIVE_LAWS
 
 VALUES = {"m_ball": 0.0625, "b": 30.0}
 END = 2e-3
 ENERGY = 0.5 * 0.21 * 35.0**2
 SCALES = {"club_velocity": 35.0, "ball_velocity": 35.0, "kinetic_energy": ENERGY}
 SCALES |= {"ball_position": 35.0 * END, "club_position": 35.0 * END}
-
-every_law = pytest.mark.parametrize("law", sorted(LAWS))
 
 
 @cache
@@ -48,7 +42,7 @@ def exact(number):
     return outputs | {"ball_position": moved, "kinetic_energy": energy / 2}
 
 
-@every_law
+@pytest.mark.parametrize("law", sorted(LAWS))
 @pytest.mark.parametrize("steps", [1, 7, 200])
 def test_co_simulation_against_the_equations(way_of, law, steps):
     """By any steps; what is added up never falls, energy never rises."""
@@ -69,17 +63,6 @@ def test_co_simulation_against_the_equations(way_of, law, steps):
         gained = 0.0625 * rows[-1]["ball_velocity"]
         assert gained == pytest.approx(rows[-1]["impulse"], rel=1e-13)
         assert rows[-1]["momentum"] == pytest.approx(0.21 * 35.0, rel=1e-13)
-
-
-@every_law
-def test_documents_name_it(fmu_path, native_fmi3_path, law):
-    name, description = variables.LAWS[law]
-    with zipfile.ZipFile(fmu_path) as archive:
-        assert name in archive.read("documentation/index.html").decode()
-    with zipfile.ZipFile(native_fmi3_path) as archive:
-        xml = archive.read("modelDescription.xml").decode()
-    item = f'<Item name="{name}" value="{law}" description="{description}"'
-    assert (item in xml) == (law in NATIVE_LAWS)
 
 
 #: A law whose phases and equations differ.

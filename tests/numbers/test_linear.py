@@ -8,7 +8,7 @@ from operator import mul
 import pytest
 from cases import Case, scales_of
 from compare import assert_close, assert_within
-from conftest import numbers, some
+from conftest import numbers
 from golf_physics.laws.linear import (
     LinearContact,
     UnderdampedContact,
@@ -16,7 +16,6 @@ from golf_physics.laws.linear import (
     offsets_of_real_rate,
 )
 from golf_physics.values import Motion
-from random_cases import coinciding_rates
 
 import golf_impact
 from golf_impact.evidence.reference import Reference, _LinearContact, mp
@@ -95,22 +94,6 @@ def test_a_row_of_modes_is_level_real_mode_and_pair(law):
             shares.append((total - level - real) / pair)
         assert (min(shares), max(shares)) == pytest.approx((-1.0, 1.0), abs=2e-4)
     assert found > 20
-
-
-@pytest.mark.parametrize("beside", some(1, [0.0, -1e-12, 1e-9, 1e-15, -1e-6]))
-@pytest.mark.parametrize("ratio", some(2, [9.0, 3e3, 1e6]))
-def test_two_rates_of_law_1_meet(ratio, beside):
-    """Newton's method converges linearly there. Measured: 2.8e-14."""
-    start, mu = Motion(0.0, 0.0, 1.0, 0.0, 0.0, 1.0), 1.0 / (1.0 + ratio)
-    for bodies in ((1.0, 1.0 / ratio), (1.0 / ratio, 1.0)):
-        for zeta in coinciding_rates(*bodies):
-            given = mu, 0.0, 2.0 * zeta * (1.0 + beside) * mu, *bodies, start, 0.0
-            phase, exact = LinearContact(*given), exact_contact(*given)
-            for t in (0.02, 0.3, 2.0, 30.0):
-                *_, v_club, v_ball, d = phase.state(t)
-                found = {"d": d, "v_club": v_club, "v_ball": v_ball}
-                scales = dict.fromkeys(found, 1.0)
-                assert_close(found, dict(zip(found, exact.at(t))), scales, zeta=zeta, t=t)
 
 
 RATIO = {"m_club": 0.2, "m_ball": 0.03}
