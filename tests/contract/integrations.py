@@ -29,7 +29,7 @@ def solution(slope, begin, end, start, event, *arguments, **options):
 
 
 def swing(slave, instants, since, force, path):
-    """Angles of arms and club, speed, work and direction of the head at instants, s from the top.
+    """Angles of arms and club, speed and direction of the head at instants, s from the top.
 
     By Newton's law in the plane, before the ball. Vectors are complex: towards the target, and up.
 
@@ -55,22 +55,20 @@ def swing(slave, instants, since, force, path):
         mass = inertias + p.club_mass * np.outer(of_centre.conj(), of_centre).real
         is_held = released == math.inf
         bends = [turning.sum() / mass.sum()] * 2 if is_held else np.linalg.solve(mass, turning)
-        return [*rates, *bends, shoulder * rates[0] + wrist * (rates[1] - rates[0])]
+        return [*rates, *bends]
 
     def to_release(t, motion, *_):
         return -p.release_angle - motion[0]
 
-    begin, motion, found = 0.0, [-p.arm_start, -p.arm_start - p.wrist_start, 0.0, 0.0, 0.0], []
+    begin, motion, found = 0.0, [-p.arm_start, -p.arm_start - p.wrist_start, 0.0, 0.0], []
     released = 0.0 if p.release_angle >= p.arm_start else math.inf
     for end, acting in ((since, 0.0), (instants[-1], force)):
         while begin < end:
             event = to_release if released == math.inf else None
             solved = solution(slope, begin, end, motion, event, released, acting)
-            for a, c, u, w, work in map(
-                solved.sol, (t for t in instants if begin < t <= solved.t[-1])
-            ):
+            for a, c, u, w in map(solved.sol, (t for t in instants if begin < t <= solved.t[-1])):
                 velocity = p.arm_length * u * np.exp(1j * a) + p.club_length * w * np.exp(1j * c)
-                found.append([a, c, abs(velocity), work, np.angle(velocity)])
+                found.append([a, c, abs(velocity), np.angle(velocity)])
             begin, motion = solved.t[-1], solved.y[:, -1]
             released = begin if solved.status == 1 else released
     return np.array(found)

@@ -166,10 +166,6 @@ def test_any_steps_give_the_same_drive(drive, by_our_host, seed):
     check_the_drive(last)
     names = "Launch.backspin", "Launch.ball_speed", "ClubBallImpact.impulse", "BallFlight.carry"
     assert_close(last, {name: expected[name] for name in names}, tolerance=1e-12, seed=seed)
-    balance = path["Swing.energy"] - path["Swing.work"] + path["Swing.reaction_work"]
-    # Until the arms are stopped behind the ball.
-    during = (path["time"] > 0.9) & (path["time"] < 1.05)
-    assert np.ptp(balance[during]) < 1e-7
 
 
 @pytest.mark.ci

@@ -9,7 +9,7 @@ from ..values import Refusal
 from ..variables import Variable
 
 #: It changes with the layout of a state.
-_VERSION = "golf-impact companion 7"
+_VERSION = "golf-impact companion 8"
 
 
 class Companion(FmiComponent):

@@ -26,8 +26,9 @@ ball with V, for every sequence of step sizes, and after touch it is the head's 
 tenth of V backwards until the time left to the ball is what the distance left takes with V.
 """
 
+from cmath import polar, rect
 from functools import cached_property
-from math import atan2, cos, inf, sin, sqrt
+from math import cos, inf, sin
 from typing import ClassVar, NamedTuple
 
 from ..numerics.runge_kutta import Solution, Values
@@ -54,7 +55,6 @@ class State(NamedTuple):
     club_rate: float = 0.0
     shoulder_torque: float = 0.0
     wrist_torque: float = 0.0
-    work: float = 0.0  #: of the torques, J
     stage: int = HELD  #: HELD, RELEASED, BEYOND the ball or FINISHED
 
 
@@ -75,25 +75,10 @@ class Golfer:
         self.arm_weight = (given["arm_first_moment"] + outer) * weight
         self.club_weight = moment * weight
 
-    def head(self, state: State, direction: float) -> float:
-        """Position of the head in a direction (rad above the ground) from the shoulder, m."""
-        hands = self.arm_length * sin(state.arm - direction)
-        return hands + self.club_length * sin(state.club - direction)
-
     def head_velocity(self, state: State) -> tuple[float, float]:
         """Speed of the head along its path (m/s), and its direction above the ground."""
-        u, w = self.arm_length * state.arm_rate, self.club_length * state.club_rate
-        along = u * cos(state.arm) + w * cos(state.club)
-        up = u * sin(state.arm) + w * sin(state.club)
-        return sqrt(along * along + up * up), atan2(up, along)
-
-    def energy(self, state: State) -> float:
-        """Kinetic and potential; 0 at rest straight down."""
-        u, w = state.arm_rate, state.club_rate
-        kinetic = 0.5 * (self.inertia * u * u + self.club_inertia * w * w)
-        kinetic += self.mixed * cos(state.club - state.arm) * u * w
-        potential = self.arm_weight * (1.0 - cos(state.arm))
-        return kinetic + potential + self.club_weight * (1.0 - cos(state.club))
+        hands = rect(self.arm_length * state.arm_rate, state.arm)
+        return polar(hands + rect(self.club_length * state.club_rate, state.club))
 
     def effective_mass(self, state: State, direction: float) -> float:
         """Of the head for a force in this direction, kg."""
@@ -126,7 +111,7 @@ class Motion:
         if self.stage == HELD and state.arm >= -golfer.release:
             self.stage = RELEASED
         if self.stage == FINISHED:
-            start[2:6] = [0.0] * 4
+            start[2:] = [0.0] * 4
         goal = (-golfer.release, 0.0, golfer.start, inf)[self.stage]
         left, slope = (lambda m: goal - m[0]), (lambda m: -m[2])
         self._path = Solution(self._slopes, start, golfer.rise_time, self._allowed, left, slope)
@@ -150,13 +135,13 @@ class Motion:
         golfer = self.golfer
         rate = _TOLERANCE * max(1.0, abs(motion[2]), abs(motion[3]))
         torque = _TOLERANCE * (abs(golfer.shoulder) + abs(golfer.wrist) + _TOLERANCE)
-        return _TOLERANCE, _TOLERANCE, rate, rate, torque, torque, torque
+        return _TOLERANCE, _TOLERANCE, rate, rate, torque, torque
 
     def _slopes(self, motion: Values) -> Values:
         """Of a `State` without its stage: the equations of the module's text."""
         if self.stage == FINISHED:
             return (0.0,) * len(motion)
-        p, q, u, w, shoulder, wrist, _ = motion
+        p, q, u, w, shoulder, wrist = motion
         golfer, force, direction = self.golfer, self.force, self.direction
         inertia, club_inertia = golfer.inertia, golfer.club_inertia
         c, s = golfer.mixed * cos(q - p), golfer.mixed * sin(q - p)
@@ -173,16 +158,14 @@ class Motion:
         shoulder_left = golfer.shoulder * (self.stage <= RELEASED) - shoulder
         wrist_left = golfer.wrist * (self.stage == RELEASED) - wrist
         rate = 1.0 / golfer.rise_time
-        return u, w, u2, w2, rate * shoulder_left, rate * wrist_left, shoulder * u + wrist * (w - u)
+        return u, w, u2, w2, rate * shoulder_left, rate * wrist_left
 
 
 class Swing(Companion):
     """A golf swing over time; see the module's text."""
 
     club_speed: float
-    head_speed: float
     reaction_impulse: float
-    reaction_work: float
 
     inside: ClassVar = ("_instant", "_motion", "_ball", "_position")
     classes: ClassVar = (Motion, Golfer, State)
@@ -231,9 +214,6 @@ class Swing(Companion):
         if force != motion.force and begin >= motion.origin:
             motion = Motion(motion.golfer, begin, motion.at(begin), force, normal)
         state = motion.at(instant[0])
-        if motion.force:
-            head = motion.golfer.head
-            self.reaction_work += force * (head(state, normal) - head(motion.at(begin), normal))
         self._motion, self._instant, self.reaction_impulse = motion, instant, self.impulse
         self._show(state)
         self._position += self.club_speed * size
@@ -241,10 +221,8 @@ class Swing(Companion):
         return None
 
     def _show(self, state: State) -> None:
-        golfer = self._motion.golfer
-        self.head_speed, _ = golfer.head_velocity(state)
-        self.arm_angle, self.club_angle, self.work = state.arm, state.club, state.work
-        self.energy = golfer.energy(state)
+        self.head_speed, _ = self._motion.golfer.head_velocity(state)
+        self.arm_angle, self.club_angle = state.arm, state.club
 
     def _next_speed(self, end: float, size: float) -> float:
         """`club_speed` after a step of this size, the best guess at that of the next one.
