@@ -71,15 +71,18 @@ def test_the_head_meets_the_ball_as_in_the_source(companion):
 
 
 def test_it_rests_at_the_top_and_at_its_end(companion):
-    swing = companion("Swing", spin_loft=0.3)
+    """Where the golfer holds the club an impulse has no effect."""
+    swing = companion("Swing", spin_loft=0.3, impulse=1.0)
     top = get(swing, *MOTION)
     time = swung(swing, BACKSWING)
     assert get(swing, *MOTION) == [*top[:2], 0.0] == top
     time = swung(swing, AT - 5e-4, begin=time)
     # Along the normal of the face.
     assert get(swing, "club_speed")[0] == pytest.approx(AT_THE_BALL * math.cos(0.3), rel=1e-9)
-    put(swing, impulse=1.0)
-    swung(swing, 2.0, step=0.02, begin=time)
+    put(swing, impulse=2.0)
+    time = swung(swing, 2.0, step=0.02, begin=time)
+    put(swing, impulse=3.0)
+    swung(swing, 2.1, begin=time)
     assert get(swing, "arm_angle") == pytest.approx(get(swing, "arm_start"), abs=1e-12)
     assert get(swing, "head_speed", "club_speed") == [0.0, 0.0]
 
