@@ -92,6 +92,33 @@ TABLES = {
         "",
         [[0, 1 / 250_500], [1e3, 2e3]],
     ),
+    "rate with thousands": (
+        "Sample Rate: 500,000 Hz\nForce (N)\n1.5\n2\n",
+        "",
+        [[0, 2e-6], [1.5, 2]],
+    ),
+    "rate quoted": ('Sample Rate,"500,000"\nForce\n1.5\n2\n', "", [[0, 2e-6], [1.5, 2]]),
+    "decimal commas alone": (
+        "Interval (ms);4\nKraft (kN)\n0,1\n0,15\n",
+        "",
+        [[0, 4e-3], [100, 150]],
+    ),
+    "thousands by column": (
+        "time\tforce\n0\t999\n1\t1,250\n",
+        "",
+        [[0, 1], [999, 1250]],
+    ),
+    "units on lines": (
+        "Time Units,us\nForce unit: kN\ntime,force\n0,1\n1,2\n",
+        "",
+        [[0, 1e-6], [1e3, 2e3]],
+    ),
+    "label beside units": ("time;force\nUnit;ms;kN\n0;1\n1;2\n", "", [[0, 1e-3], [1e3, 2e3]]),
+    "label beside heads": (
+        ";SampleRate, 400,Hz\n;Headers, time,Ax,Az\n0.1,9,1\n0.2,9,2\n",
+        "time,Az [2.5 N]",
+        [[0.1, 0.2], [2.5, 5]],
+    ),
     "rate in k": ("Sample Rate,250 k\nForce (N)\n1\n2\n", "", [[0, 4e-6], [1, 2]]),
     "logger": (
         "logger\t\nZeit  1 - Standardmessrate\tKraft\ns\tkN\n0,001\t1,5\n0,002\t-2,25\n",
@@ -211,31 +238,28 @@ REFUSED = [
     (CURVE, "time,force\n0,1\n\n1,oops\n2,3\n", "line 4, column 2 (force): 'oops'", "a number"),
     (CURVE, "time,force\n0,1\n1\n", "line 3, column 2 (force): ''"),
     (CURVE, "0,1,5\n1,2,5\n", "no header", "--columns"),
-    (CURVE, "Drop test\n0,1\n1,2\n", "'Drop test'", "no header of 2 columns"),
+    (CURVE, "Drop test\n0;1\n1;2\n", "'Drop test'", "no header of 2 columns"),
     (CURVE, "time,force [pC/N]\n0,1\n1,2\n", "the unit 'pC/N'"),
     (CURVE, "Index,Force\n0,5\n1,6\n2,7\n", "'Index' counts rows", "row [1.2 us]"),
     (CURVE, "Index,Force\n0,5\n10,6\n20,7\n", "'Index' counts rows", "row [1.2 us]"),
-    (CURVE, "Interval (ms);4\nKraft (kN)\n0,1\n0,15\n", "'Kraft (kN)'", "no header of 2 columns"),
-    (
-        CURVE,
-        "time,force\n0,1\n1,2\n2,2\n3,2\n4,2\n\n#2,x\ntime,force\n0,1\n",
-        "line 8",
-        "2 rows can't be read",
-    ),
+    (CURVE, "time,force\n0,1\n1,2\n2,2\n3,2\n\n#2,x\ntime,force\n0,1\n", "line 8", "segment"),
+    (CURVE, "time,force\n0,1\n1,2\ntime,force\n2,3\n3,4\n", "line 4", "save one segment"),
+    (CURVE, "time\tforce\n0\t1,250\n1\t1,251\n", "'1,250' may be 1250 or 1.25: write"),
+    (CURVE, "Sample Rate: 500,000 Hz\nForce\n1\n2\n", "may be 500000 or 500: write"),
     (CURVE, "time,force\n12:01:33.1,1\n12:01:33.2,2\n", "line 2", "a clock time"),
     (CURVE, "time,force\n" + "1,-\n" + "1,1\n" * 98, "line 2, column 2 (force): '-'"),
-    (CURVE, "time,force\n0,1\n1,2\n0,1\n1,2\n", "row 3 (line 4)", "a further segment"),
+    (CURVE, "time,force\n0,1\n1,2\n0,1\n1,2\n", "line 4: time", "a further segment"),
     (CURVE, "time,force\n1 us,1\n1 ms,2\n", "line 3, column 1 (time): '1 ms'"),
-    (f"{CURVE} --window 2:1", "time,force\n0,1\n1,2\n", "its end must be after"),
+    (f"{CURVE} --window 2:1", "time,force\n0,1\n1,2\n", "has rows from 0 to 1 s"),
     ("--shots bad.csv", "Club Speed,Ball Speed\n40,60\n45,66\n46,67\n", "m/s or mph"),
     (CURVE, "time,force,time\n0,1,2\n", "2 columns", "time"),
     (CURVE, "hello\nworld\n", "its header is 'world'", "expected time,force"),
     (CURVE, "", "no header"),
     (CURVE, f"time,force\n{'0' * 131_073},1\n", "a line has more than 131072 characters"),
-    (LINE, "approach_speed,cor\n30,0.8\n\n40,0\n", "row 2 (line 4)", "above 0"),
+    (LINE, "approach_speed,cor\n30,0.8\n\n40,0\n", "line 4: cor", "above 0"),
     (LINE, "approach_speed,cor\n30,0.8\n30,0.7\n", "two speeds"),
     (LINE, "approach_speed,cor\n30,0.8\n40,0.7\n", "sigma"),
-    (LINE, "approach_speed,cor,sigma\n30,0.8,0.1\n40,0.7,0\n", "row 2 (line 3)", "sigma = 0"),
+    (LINE, "approach_speed,cor,sigma\n30,0.8,0.1\n40,0.7,0\n", "line 3: sigma = 0"),
     ("--measured cor=1", "", "cor = 1 is refused"),
     ("--measured cor=0.7 --measured contact_time=600", "", "600e-6 for 600 µs"),
     ("--measured cor=0.7 --measured max_force=6.6", "", "6600 for 6.6 kN"),
@@ -397,7 +421,7 @@ def test_a_mishit_is_beside_the_line_of_the_others(tmp_path):
     assert line.x == pytest.approx(np.delete(speeds, 12))
     assert line.y == pytest.approx(np.delete(cors, 12))
     assert "1 of 21 shots are left out" in line.notes[0]
-    assert "(lines 14)" in line.notes[0]
+    assert "(line 14)" in line.notes[0]
 
 
 def test_a_rebound():

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -128,9 +128,9 @@ class Series:
     """COR against approach speed, arrays (n,); the parent of curves."""
 
     name: str  #: the file, or the argument in Python
-    where: Callable[[int], str]  #: the place of a row (from 0), for messages
     x: np.ndarray
     y: np.ndarray
+    places: np.ndarray  #: of the rows, for messages: "line 5" of a file, "row 5" of an array
     sigma: np.ndarray | None = None  #: of y; None if it follows from the residuals
     step: float = 0.0  #: the resolution of y
     notes: tuple[str, ...] = ()  #: what was changed, left out or is missing, in sentences
@@ -148,10 +148,13 @@ class Series:
 
     def rows(self, chosen: slice | np.ndarray, **changes: Any) -> Any:
         """These rows alone."""
-        places, where = np.arange(len(self.x))[chosen], self.where
         sigma = self.sigma if self.sigma is None else self.sigma[chosen]
-        changes = {"where": lambda row: where(int(places[row])), **changes}
-        return replace(self, x=self.x[chosen], y=self.y[chosen], sigma=sigma, **changes)
+        x, y, places = (of[chosen] for of in (self.x, self.y, self.places))
+        return replace(self, x=x, y=y, sigma=sigma, places=places, **changes)
+
+    def error(self, row: int, why: str) -> UserError:
+        """The error for a row (from 0)."""
+        return UserError(f"{self.name}, {self.places[row]}: {why}")
 
     def model(self, values: Values) -> np.ndarray:
         """A line, from which law 2 takes its damping."""
@@ -356,8 +359,6 @@ def _windowed(curve: Curve, window: Any) -> Curve:
     except (TypeError, ValueError) as error:
         why = "write two instants by the clock of the record, --window 0:2ms"
         raise refused("window", window, why) from error
-    if not low < high:
-        raise refused("window", window, "its end must be after its start")
     inside = (curve.x >= low) & (curve.x <= high)
     if not inside.any():
         ends = f"{curve.x[0]:.4g} to {curve.x[-1]:.4g} s"
@@ -388,10 +389,9 @@ def _read_curve(
 def _read_series(given: Any, name: str, wanted: Sequence[records.Column], columns: str) -> Series:
     """x, y and perhaps σ of a text file, a mapping of columns, or arrays."""
     names, notes, clipped = [one.name for one in wanted], [], False
-    where: Callable[[int], str] = partial(_row_of, name)
     if isinstance(given, str | Path):
         table = read_table(Path(given), wanted, columns)
-        read, name, where = [*table.columns.values()], str(given), table.where
+        read, name, places = [*table.columns.values()], str(given), table.places
         notes, clipped = [*table.notes], table.clipped
         if records.SPEED.name in table.bare:
             notes.append("approach_speed has no unit: taken in m/s")
@@ -404,19 +404,16 @@ def _read_series(given: Any, name: str, wanted: Sequence[records.Column], column
             read = [*np.stack([np.asarray(column, float) for column in given])]
         except (TypeError, ValueError) as error:
             raise UserError(f"{name} must be arrays of one length: {', '.join(names)}") from error
+        places = np.array([f"row {n}" for n in range(1, read[0].size + 1)])
     if not 2 <= len(read) <= 3 or not read[0].size:
         raise UserError(f"{name} is refused: it has no rows of {', '.join(names[:2])}")
     for of, column in zip(names, read):
         low, high, _ = _ALLOWED.get(of, _ABOVE_0)
         if (bad := np.flatnonzero(~((column > low) & (column < high)))).size:
-            number(column[bad[0]], of, where(int(bad[0])))
+            number(column[bad[0]], of, f"{name}, {places[bad[0]]}")
     x, y, *sigma = read
     of_y = sigma[0] if sigma else None
-    return Series(name, where, x, y, of_y, notes=tuple(notes), clipped=clipped)
-
-
-def _row_of(name: str, row: int) -> str:
-    return f"{name}, row {row + 1}"
+    return Series(name, x, y, places, of_y, notes=tuple(notes), clipped=clipped)
 
 
 def _read_shots(path: Any, columns: str, impact: Mapping[str, float]) -> Series:
@@ -448,17 +445,17 @@ def _read_shots(path: Any, columns: str, impact: Mapping[str, float]) -> Series:
     off -= np.median(off)
     limit = 3.0 * max(1.4826 * float(np.median(np.abs(off))), 0.003)
     kept = (np.abs(off) <= limit) & (cor > 0.01) & (cor < 1.0)
-    if left := [str(table.lines[n]) for n in np.flatnonzero(~kept)]:
+    if left := table.places[~kept].tolist():
         notes.append(
             f"{len(left)} of {len(cor)} shots are left out as mishits: COR more than {limit:.2g} "
-            "(three robust standard deviations) from the line of the others, or impossible (lines "
-            f"{', '.join(left[:10])})"
+            "(three robust standard deviations) from the line of the others, or impossible "
+            f"({', '.join(left[:10])})"
         )
     if kept.sum() < 3 or np.ptp(club[kept]) == 0.0:
         raise UserError(f"{path} is refused: a line needs three shots or more, at several speeds")
     mass = f"{impact['m_club']:g} kg"
     notes.append(f"COR follows from the smash factor with a club of {mass}; loft isn't considered")
-    return Series(str(path), table.where, club, cor, notes=tuple(notes)).rows(kept)
+    return Series(str(path), club, cor, table.places, notes=tuple(notes)).rows(kept)
 
 
 def conditioned(curve: Curve, baseline: str) -> Curve:
@@ -472,7 +469,7 @@ def conditioned(curve: Curve, baseline: str) -> Curve:
         how = "sort the rows by time and remove duplicates"
         if x[n] <= x[0] + 0.01 * abs(x[n - 1] - x[0]):
             how = "a further segment begins there: save one segment as a file"
-        raise UserError(f"{curve.where(n)}: time = {x[n]:g} s isn't after {x[n - 1]:g} s; {how}")
+        raise curve.error(n, f"time = {x[n]:g} s isn't after {x[n - 1]:g} s; {how}")
     few = max(1, min(len(y) // 20, 1000))
     ends = np.array([np.median(y[:few]), np.median(y[-few:])])
     if ends.max() - y.min() > y.max() - ends.min():
@@ -504,7 +501,7 @@ def conditioned(curve: Curve, baseline: str) -> Curve:
     elif peak == 0:
         why = "is the first: the record was triggered too late"
     if why:
-        raise UserError(f"{curve.where(peak)}: the largest force, {force[peak]:.4g}, {why}")
+        raise curve.error(peak, f"the largest force, {force[peak]:.4g}, {why}")
     # The smallest difference of two values, but for rounding.
     steps = np.diff(np.unique(y))
     step = float(min(steps[steps > 1e-9 * abs(y).max()], default=0.0))

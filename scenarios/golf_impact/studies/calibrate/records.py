@@ -11,7 +11,7 @@ import csv
 import math
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Sequence
 from itertools import zip_longest
 from pathlib import Path
 from typing import NamedTuple
@@ -45,23 +45,32 @@ BALL = Column("ball_speed", "m/s", ("ballspeed", "ballvelocity", "ball"), whole=
 
 #: Units in words, those of a sensor's signal, and what else a line of units may contain.
 _WORDS = {"second": "s", "sec": "s", "millisecond": "ms", "msec": "ms", "microsecond": "us",
-    "usec": "us", "newton": "N", "kilonewton": "kN", "volt": "V", "millivolt": "mV",
-    "pound": "lbf", "lb": "lbf", "-": ""}  # fmt: skip
-_VOLTS = {"v": 1.0, "mv": 1e-3, "uv": 1e-6}
+    "usec": "us", "newton": "N", "kilonewton": "kN", "pound": "lbf", "lb": "lbf"}  # fmt: skip
+_VOLTS = {"v": 1.0, "volt": 1.0, "mv": 1e-3, "millivolt": 1e-3, "uv": 1e-6}
 _BESIDE_UNITS = re.compile(
-    r"|sequence|none|a|pc|deg|°|°?c|rpm|yds?|yards|feet|pts|m/s[2²]|(?![xh])\w*\W?unit\w*", re.I
+    r"-*|sequence|none|a|pc|deg|°|°?c|rpm|yds?|yards|feet|pts|m/s[2²]|((vertical|v|y)\W?)?units?:?",
+    re.I,
 )
 
-#: Heads of columns that count rows; keys above them of the time between rows, of its inverse, of
-#: the first time.
+#: Heads of columns that count rows; settings above the rows: the time between them, its inverse,
+#: the first time, and whose unit is named.
 _COUNTS = ("x", "sequence", "index", "point", "points", "sample", "samples", "nr", "no", "row", "n")
-_STEP = re.compile(
-    r"(x|t|wf|wfx)?(inc|incr|increment)|hresolution|d[xt]|delta[xt]|(time|x)?interval|timestep|"
-    r"(sample|sampling|abtast)(interval|intervall|period|periode|time|zeit)"
-)
-_RATE = re.compile(r"(sample|sampling|abtast|mess|scan)(rate|freq|frequency|frequenz)|rate|hz|fs")
+_SETTINGS = {
+    "step": re.compile(
+        r"(x|t|wf|wfx)?(inc|incr|increment)|hresolution|d[xt]|delta[xt]|(time|x)?interval|timestep|"
+        r"(sample|sampling|abtast)(interval|intervall|period|periode|time|zeit)"
+    ),
+    "rate": re.compile(
+        r"(sample|sampling|abtast|mess|scan)(rate|freq|frequency|frequenz)|rate|hz|fs"
+    ),
+    "start": re.compile(
+        r"(h|x|t|wf)?(start|offset|startoffset|origin|org|zero)(time)?|[xt]0|firstx"
+    ),
+}
 _HERTZ = re.compile(r"([kmg]$|[kmg]?(?=hz|s(a|ps|/s)))", re.I)
-_START = re.compile(r"(h|x|t|wf)?(start|offset|startoffset|origin|org|zero)(time)?|[xt]0|firstx")
+_UNIT_OF = re.compile(r"\W*(units?( of)?|einheit)\W*", re.I)
+#: What may stand before the heads or units of all columns.
+_LABEL = re.compile(r"\W*(headers|units?|einheit(en)?)\W*", re.I)
 
 _CLOCK = re.compile(r".*\d:\d\d.*|\d{1,4}[-/.]\d\d?[-/.]\d{1,4}\D.*")
 _OVERFLOW = re.compile(r"[-+#]?(over.*|ov[flr]\w?|ovrl|ol|clip(ped)?|inf(inity)?|∞|\*+)", re.I)
@@ -76,6 +85,7 @@ _NUMBERS = {
     )
     for mark, other in ((".", ","), (",", "."))
 }
+_SMALL = re.compile(r"[-+]?\d{1,3}")
 #: Its digits as Python writes them, by decimal mark.
 _PYTHONS = {".": str.maketrans("dD", "ee", ",' "), ",": str.maketrans(",dD", ".ee", ".' ")}
 
@@ -83,16 +93,11 @@ _PYTHONS = {".": str.maketrans("dD", "ee", ",' "), ",": str.maketrans(",dD", ".e
 class Table(NamedTuple):
     """Columns in SI units by name."""
 
-    path: Path
     columns: dict[str, np.ndarray]
-    lines: list[int]  #: of the rows, from 1
+    places: np.ndarray  #: of the rows, "line 5"
     notes: list[str]  #: what was left out, in sentences
     clipped: bool  #: whether there were marks of an overflow
     bare: list[str]  #: columns whose unit stands nowhere
-
-    def where(self, row: int) -> str:
-        """The place of a row (from 0), for messages."""
-        return f"{self.path}, row {row + 1} (line {self.lines[row]})"
 
 
 class _Head(NamedTuple):
@@ -104,9 +109,9 @@ class _Head(NamedTuple):
         """From `time [ms]`, `F/kN`, `t_us`, `CH1 in V`, `Time (s) Run #1`."""
         if brackets := [*re.finditer(r"[\[({<]([^\])}>]*)[\])}>]", cell)]:
             one = next((b for b in reversed(brackets) if _is_unit(b[1])), brackets[-1])
-            return cls((cell[: one.start()] + cell[one.end() :]).strip(), _unit(one[1]))
+            return cls((cell[: one.start()] + cell[one.end() :]).strip(), one[1])
         match = re.fullmatch(r"(.*?)(?:\s*[/_,|.]+\s*|(?:^|\s)in\s+|\s+)([^\s_,|.]+)\.?", cell)
-        return cls(match[1], _unit(match[2])) if match and _is_unit(match[2]) else cls(cell)
+        return cls(match[1], match[2]) if match and _is_unit(match[2]) else cls(cell)
 
     @property
     def key(self) -> str:
@@ -128,7 +133,9 @@ class _Text(NamedTuple):
     heads: list[_Head]  #: of columns; the last one counts rows
     columns: list[tuple[str, ...]]
     decimal: str
-    sampling: tuple[float, float] | None  #: time between rows and that of the first, s
+    #: Time between rows and that of the first, s; units of columns by their names.
+    settings: dict[str, float]
+    units: dict[str, str]
     known: str  #: the header and what is expected, for messages
 
     def error(self, why: str) -> UserError:
@@ -151,8 +158,11 @@ def read_table(
         UserError: it can't be read; the line, the column and what is expected are named.
     """
     picked = [_Head.of(one.strip()) for one in re.split(r"[,;](?![^\[(]*[\])])", chosen) if one]
-    text = _read_text(path, wanted, picked)
-    if text.sampling and len(picked) == 1:
+    try:
+        text = _read_text(path, wanted, picked)
+    except ValueError as error:
+        raise UserError(f"{path} is refused: {error}") from error
+    if "step" in text.settings and len(picked) == 1:
         picked.insert(0, _Head("row"))
     columns: dict[str, np.ndarray] = {}
     bad: dict[int, tuple[int, str]] = {}
@@ -170,14 +180,14 @@ def read_table(
         bad = dict.fromkeys(np.flatnonzero(np.isnan(values)).tolist(), (places[0], one.name)) | bad
         if one is FORCE:
             clipped = _are_overflows(values)
-        unit = given.unit or own or unit * one.optional
+        unit = given.unit or own or text.units.get(one.name) or unit * one.optional
         factor, start = _factor(unit, own, one.unit), 0.0
         if one is TIME and not given.unit and _counts(text, places[0], values, own):
-            if not text.sampling:
+            if "step" not in text.settings:
                 why = f"column {given.name or text.heads[places[0]].name!r} counts rows"
                 how = "give the time between them: --columns 'row [1.2 us],2 [N]'"
                 raise UserError(f"{path} is refused: {why}: {how}")
-            factor, start = text.sampling
+            factor, start = text.settings["step"], text.settings.get("start", 0.0)
         elif not unit:
             bare.append(one.name)
         if not factor:
@@ -199,29 +209,37 @@ def read_table(
         notes.append(f"{len(bad)} unreadable rows left out, the first in line {text.lines[at]}")
     if clipped.any():
         notes.append(f"{clipped.sum()} rows at a mark of overflow are left out: clipped")
-    kept = [at for at in range(len(text.lines)) if not (at in bad or clipped[at])]
+    kept = ~clipped
+    kept[[*bad]] = False
     columns = {name: values[kept] for name, values in columns.items()}
-    return Table(path, columns, [text.lines[at] for at in kept], notes, bool(clipped.any()), bare)
+    rows = np.array([f"line {n}" for n in text.lines])[kept]
+    return Table(columns, rows, notes, bool(clipped.any()), bare)
 
 
 def _read_text(path: Path, wanted: Sequence[Column], picked: Sequence[_Head]) -> _Text:
     """Rows and heads of a file.
 
-    UserError: there are letters above the rows, but no header.
+    UserError: there are letters above the rows, but no header. ValueError: it can't be known what
+    commas are, or there are several segments.
     """
     lines = _decode(path)
     mark, cells = _split(lines)
     first, stop = _find_rows(cells)
-    sampling = _find_sampling(lines[:first], mark) if TIME in wanted else None
+    above = lines[:first]
     width = Counter(map(len, cells[first:stop])).most_common(1)[0][0] if stop else 0
-    heads, header, below = _find_heads(lines[:first], mark, width, wanted, picked)
+    heads, used = _find_heads(above, mark, width, wanted, picked)
+    header, below = " / ".join(lines[n].strip() for n in used), max(used, default=-1) + 1
+    again = [n for n in range(len(lines)) if lines[n] == lines[used[0]]] if used else [0]
+    if TIME in wanted and any(_is_number("".join(row[:1])) for row in cells[again[0] : again[-1]]):
+        what = f"the header is there again in line {again[1] + 1}, a further segment begins there"
+        raise ValueError(f"{what}: save one segment as a file")
     # Below the header a row is one also if its numbers can't be read.
     first = next((n for n in range(below, first) if _is_number("".join(cells[n][:1]))), first)
     rows = [n for n in range(first, stop) if cells[n]]
     if CLUB in wanted:
         rows = [n for n in rows if not any(map(_SUMMARY.fullmatch, cells[n]))]
     columns = [*zip_longest(*(cells[n] for n in rows), fillvalue="")]
-    decimal = _find_decimal([cell for column in columns for cell in column[:2000]], mark)
+    decimal = _find_decimal(columns, "." if mark == "," else "")
     names = [one.name for one in wanted if not one.optional]
     if not (header or picked) and width == len(names):
         heads = [_Head(name) for name in names]
@@ -231,7 +249,8 @@ def _read_text(path: Path, wanted: Sequence[Column], picked: Sequence[_Head]) ->
     known += f"; expected {','.join(names)}; choose columns by name or number: --columns "
     known += "'TIME [s],CH2 [2 kN/V]'" if FORCE in wanted else "'1 [mph],2'"
     heads = [*heads, *[_Head()] * (len(columns) - 1 - len(heads)), _Head("row")]
-    text = _Text(path, [n + 1 for n in rows], heads, columns, decimal, sampling, known)
+    found = _find_settings(above, mark, decimal, wanted) if TIME in wanted else ({}, {})
+    text = _Text(path, [n + 1 for n in rows], heads, columns, decimal, *found, known)
     letters = [line.strip() for line in lines[:first] if re.match(r"\s*[^\W\d_]", line)]
     if letters and not (header or picked):
         what = f"the line {letters[-1]!r} above its numbers"
@@ -265,6 +284,7 @@ def _decode(path: Path) -> list[str]:
 def _split(lines: Sequence[str]) -> tuple[str | None, list[list[str]]]:
     """The delimiter by which most cells of the second half are numbers; cells of all lines."""
     some = [line for line in lines if line.strip()]
+    head = next((line for line in reversed(some) if not _NUMBERS[","].fullmatch(line)), ",")
     some = some[len(some) // 2 :: max(1, len(some) // 2000)]
 
     def score(mark: str | None) -> tuple[float, int]:
@@ -274,6 +294,9 @@ def _split(lines: Sequence[str]) -> tuple[str | None, list[list[str]]]:
         return sum(numbers) / max(every, 1), sum(numbers)
 
     marks = [mark for mark in "\t;,|" if any(mark in line for line in some)]
+    # Lines of a number with a decimal comma each: below a header of one cell, or as 0,05.
+    if marks == [","] and all(map(_NUMBERS[","].fullmatch, some)):
+        marks = marks if "," in head and not re.search(r",0\d", " ".join(some)) else []
     mark = max((*marks, None), key=score)
     cells = [_cells(line, mark) for line in lines]
     for row in cells:
@@ -307,7 +330,7 @@ def _find_rows(cells: Sequence[list[str]]) -> tuple[int, int]:
     usual, pure = Counter(some[len(some) // 2 :]).most_common(1)[0][0]
     alike = [usual <= one and (len(usual) > 1 or p or not pure) for one, p in kinds]
     stop = len(alike) - alike[::-1].index(True)
-    while stop < len(cells) and numeric[stop] & usual and kinds[stop][1]:
+    while stop < len(cells) and min(usual) in numeric[stop]:
         stop += 1  # the last row may be cut
     # The start by which rows outweigh other lines most; one with some numbers may be a bad row.
     gains = [
@@ -325,8 +348,8 @@ def _find_heads(
     width: int,
     wanted: Sequence[Column],
     picked: Sequence[_Head],
-) -> tuple[list[_Head], str, int]:
-    """Names and units of columns, the header as written, and the number of the line below it."""
+) -> tuple[list[_Head], list[int]]:
+    """Names and units of columns, and the numbers of the lines that have them."""
     needs = {head.key for head in picked if not head.name.isdigit()} - {"row"}
     lines = [(at, _header_cells(line, mark, width)) for at, line in enumerate(above)][-500:]
     lines = [(at, row) for at, row in lines[::-1] if not all(map(_is_number, row))]
@@ -347,50 +370,63 @@ def _find_heads(
         heads = [_Head(cell) for cell in names[1]]  # `Second,Volt` are both
     for n, cell in enumerate(units[1][: len(heads)]):
         if _is_unit(cell) and not heads[n].unit:
-            heads[n] = _Head(heads[n].name, _unit(cell))
-    used = sorted({names[0], units[0]} - {-1})
-    return heads, " / ".join(above[at].strip() for at in used), max(names[0], units[0]) + 1
+            heads[n] = _Head(heads[n].name, cell)
+    return heads, sorted({names[0], units[0]} - {-1})
 
 
 def _header_cells(line: str, mark: str | None, width: int) -> list[str]:
     """Cells of a line above the rows, by their delimiter or another one."""
     text = re.sub(r"^[ #%!/]+", "", line.rstrip(" "))
     row = _cells(text, mark or "\t")
+    if len(row) > width and _LABEL.fullmatch(row[0]):
+        row = row[1:]
     if text and (mark or not width) and (len(row) >= width or (len(row) > 1 and _are_units(row))):
         return row
-    rows = [_cells(text, one) for one in "\t;,"]
-    if mark is None:
-        rows += [re.split(r"\s{2,}", text), re.split(r"\s+(?![\[(])", text)]
+    rows = [*(_cells(text, one) for one in "\t;,"), re.split(r"\s{2,}", text)]
+    rows += [re.split(r"\s+(?![\[(])", text)] * (mark is None)
     return next((row for row in rows if text and len(row) == width), [])
 
 
-def _find_sampling(above: Sequence[str], mark: str | None) -> tuple[float, float] | None:
-    """Time between rows and that of the first, s, if lines above the rows have them."""
+def _find_settings(
+    above: Sequence[str], mark: str | None, decimal: str, wanted: Sequence[Column]
+) -> tuple[dict[str, float], dict[str, str]]:
+    """`step` and `start`, s, of rows without a time; units of columns by their names."""
     found: dict[str, float] = {}
+    units_of: dict[str, str] = {}
     before: list[str] = []
     for line in above:
-        marks = {",": r"[\t;=:,]", None: r"[\t;=:]|,(?!\d)|(?<!\d),"}.get(mark, r"[\t;=:]")
-        line = re.sub(r"\d+:\d\d\S*", "", line)  # a clock time
-        cells = [one.strip(' "#') for one in re.split(rf"{marks}|\s+(?=[-+]?[.\d])", line)]
+        if mark == "," and not re.search("[:=]", line):
+            line = "\t".join(_cells(line, ","))
+        line = re.sub(r'\d+:\d\d\S*|"', "", line)  # a clock time
+        cells = re.split(
+            r"[\t;]|[=:][\s,]*|,(?!\d)|(?<!\d),|(?<!\d)\s+(?=[-+]?[.\d])", line.strip(" #")
+        )
         # A key is above its number, or before it, perhaps with a cell between them.
         pairs = [*zip(before, range(len(cells)))]
         pairs += [(key, n) for gap in (2, 1) for n, key in enumerate(cells[:-gap], gap)]
         for key, n in pairs:
             head = _Head.of(key)
-            value, unit = _parse(cells[n], _find_decimal(cells[n : n + 1], mark))
+            kind = next((kind for kind, keys in _SETTINGS.items() if keys.fullmatch(head.key)), "")
+            if not kind:
+                continue
+            value, unit = _parse(cells[n], _find_decimal([cells[n : n + 1]], decimal) or ".")
+            if math.isnan(value) or (value <= 0.0 and kind != "start"):
+                continue
             units = (unit, head.unit, *cells[n + 1 : n + 2])
-            seconds = next((size for si, size in map(_si, units) if si == "s"), 1.0)
-            if _STEP.fullmatch(head.key) and value > 0.0:
-                found["step"] = value * seconds
-            elif _RATE.fullmatch(head.key) and value > 0.0:
+            if kind == "rate":
                 prefix = next((one[1] for one in map(_HERTZ.match, units) if one), "")
-                found["step"] = 1.0 / (
-                    value * {"": 1.0, "k": 1e3, "m": 1e6, "g": 1e9}[prefix.lower()]
-                )
-            elif _START.fullmatch(head.key) and math.isfinite(value):
-                found["start"] = value * seconds
+                value *= {"": 1.0, "k": 1e3, "m": 1e6, "g": 1e9}[prefix.lower()]
+                found["step"] = 1.0 / value
+            else:
+                found[kind] = value * next((size for si, size in map(_si, units) if si == "s"), 1.0)
+        for key, cell in zip(cells, [*cells[1:], ""]):
+            head = _Head.of(_UNIT_OF.sub("", key))
+            for one in wanted if not _is_number(cell) else []:
+                for unit in (head.unit, cell):
+                    if head.key in (*one.heads, "horizontal") and _si(unit)[0] == one.unit:
+                        units_of[one.name] = unit
         before = cells
-    return (found["step"], found.get("start", 0.0)) if "step" in found else None
+    return found, units_of
 
 
 def _places(text: _Text, one: Column, given: _Head, wanted: Sequence[Column]) -> list[int]:
@@ -411,14 +447,13 @@ def _places(text: _Text, one: Column, given: _Head, wanted: Sequence[Column]) ->
             found = [n for n, head in enumerate(heads) if _si(head.unit)[0] == one.unit]
             if len(found) != 1:
                 found = [0] * (one is TIME and heads[0].key in _COUNTS)
-    if one is TIME and text.sampling and not any(c for n in found for c in text.columns[n][:9]):
-        return [rows]
-    return found
+    empty = not any(cell for n in found for cell in text.columns[n][:9])
+    return [rows] if empty and one is TIME and "step" in text.settings else found
 
 
 def _values(text: _Text, place: int) -> tuple[np.ndarray, str]:
     """Numbers of a column, NaN where there is none or it has another unit, and their unit."""
-    found = [_number(cell, text.decimal) for cell in text.columns[place]]
+    found = [_number(cell, text.decimal or ".") for cell in text.columns[place]]
     own = text.heads[place].unit or found[0][1]
     return np.array([v if not u or _si(u) == _si(own) else math.nan for v, u in found]), own
 
@@ -430,15 +465,31 @@ def _counts(text: _Text, place: int, values: np.ndarray, unit: str) -> bool:
         return False
     if text.heads[place].key in _COUNTS:
         return not np.any(values[read] % 1.0)
-    return bool(text.sampling) and not np.any(np.diff(values[read] - read))
+    return "step" in text.settings and not np.any(np.diff(values[read] - read))
 
 
-def _find_decimal(cells: Sequence[str], mark: str | None) -> str:
-    """The decimal mark by which most cells are numbers; 1,250 may be one of either kind."""
-    point, comma = (sum(map(bool, map(_NUMBERS[one].fullmatch, cells))) for one in ".,")
-    commas = sum("," in cell for cell in cells)
-    usual = mark != "," and commas >= 0.5 * len(cells)
-    return "," if comma > point or (comma == point and usual) else "."
+def _find_decimal(columns: Iterable[Collection[str]], usual: str = "") -> str:
+    """The decimal mark by which most numbers with a mark are some; empty if none has a mark.
+
+    Numbers such as 1,250 may be of either kind, as `usual` says; in a column that has 999 too they
+    have marks of thousands. Otherwise a ValueError.
+    """
+    marked = [
+        [cell for cell in dict.fromkeys(column) if "," in cell or "." in cell] for column in columns
+    ]
+    point, comma = (
+        sum(bool(one.fullmatch(cell)) for cells in marked for cell in cells)
+        for one in _NUMBERS.values()
+    )
+    if point != comma:
+        return "." if point > comma else ","
+    for column, cells in zip(columns, marked):
+        either = [one for one in cells if "," in one and _NUMBERS["."].fullmatch(one)]
+        if either and not usual and not any(map(_SMALL.fullmatch, column)):
+            values = " or ".join(f"{_parse(either[0], mark)[0]:.10g}" for mark in _NUMBERS)
+            how = "write numbers with a decimal point, without marks of thousands"
+            raise ValueError(f"{either[0]!r} may be {values}: {how}")
+    return usual or "." * bool(point)
 
 
 def _parse(cell: str, decimal: str) -> tuple[float, str]:
@@ -470,18 +521,16 @@ def _are_overflows(values: np.ndarray) -> np.ndarray:
     return (sizes >= 9e36) | (sizes == largest if alone else False)
 
 
-def _unit(text: str) -> str:
-    """A unit's symbol from a symbol or a word, perhaps in brackets or behind a channel (CH1:V)."""
-    text = text.rpartition(":")[2].strip("[](){}<> ")
-    return _WORDS.get(text.lower().removesuffix("s"), "mV" if text == "MV" else text)
-
-
 def _si(text: str) -> tuple[str, float]:
-    """The SI unit of a unit, V of a sensor's signal, and its size in it; "" of what is none."""
-    unit = _unit(text)
-    if volts := _VOLTS.get(unit.lower()):
+    """The SI unit of a unit, V of a sensor's signal, and its size in it; "" of what is none.
+
+    A unit is a symbol or a word, perhaps in brackets or behind a channel (CH1:V).
+    """
+    unit = text.rpartition(":")[2].strip("[](){}<> ")
+    word = unit.lower().removesuffix("s")
+    if volts := _VOLTS.get(word):
         return "V", volts
-    return SYMBOLS.get(symbol_of(unit), ("", 0.0))
+    return SYMBOLS.get(symbol_of(_WORDS.get(word, unit)), ("", 0.0))
 
 
 def _is_unit(text: str) -> bool:
@@ -489,7 +538,7 @@ def _is_unit(text: str) -> bool:
 
 
 def _are_units(row: Sequence[str]) -> bool:
-    beside = (_BESIDE_UNITS.fullmatch(_unit(cell)) or _is_number(cell) for cell in row)
+    beside = (_BESIDE_UNITS.fullmatch(cell.strip("[](){}<> ")) or _is_number(cell) for cell in row)
     units = [*map(_is_unit, row)]
     return any(units) and all(a or b for a, b in zip(units, beside))
 
@@ -502,7 +551,7 @@ def _factor(text: str, own: str, unit: str) -> float:
     """
     if not text:
         return 1.0
-    value, symbol = _parse(text, _find_decimal([text], None))
+    value, symbol = _parse(text, "." if "." in text else ",")
     if not symbol:
         value, symbol = 1.0, text
     si, size = _si(symbol)
