@@ -1,21 +1,28 @@
 """modelDescription.xml, and what is made of other templates."""
 
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 
-def render(template: Path, **values: Any) -> bytes:
-    """Render a jinja template (UTF-8)."""
+@cache
+def _environment(folder: Path) -> Any:
+    """Jinja's, which keeps templates compiled."""
     import jinja2
 
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(template.parent),
+    return jinja2.Environment(
+        loader=jinja2.FileSystemLoader(folder),
         autoescape=True,
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    return environment.get_template(template.name).render(values).encode()
+
+
+def render(template: Path, **values: Any) -> bytes:
+    """Render a jinja template (UTF-8)."""
+    text: str = _environment(template.parent).get_template(template.name).render(values)
+    return text.encode()
 
 
 def model_description(context: dict[str, Any]) -> bytes:
