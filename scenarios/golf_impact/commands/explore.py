@@ -38,8 +38,8 @@ def explore(
 
     if export and export.suffix.lower() != ".html":
         raise UserError(f"--export {export} is refused: its name must end in .html")
-    values, chosen = case_of(set_ or [], [ball] if ball else ())
-    values = {**(chosen[0].values if chosen else {}), **values}
+    given, conditions, chosen = case_of(set_ or [], [ball] if ball else ())
+    values = {**(chosen[0].values if chosen else {}), **conditions, **given}
     # Refused here, rather than on the page.
     run_impact_anywhere(**values)
     own = next((one for one in chosen if one.name not in BALLS), None)

@@ -49,11 +49,13 @@ def complete_output(incomplete: str) -> list[str]:
     return [f"{before}{comma}{name}" for name in names if name.startswith(last)]
 
 
-def case_of(pairs: Iterable[str], names: Iterable[str]) -> tuple[dict[str, Any], "list[Ball]"]:
-    """Numbers (SI) by name, of options --set and of the conditions of balls; and these balls."""
+def case_of(
+    pairs: Iterable[str], names: Iterable[str]
+) -> tuple[dict[str, float], dict[str, float], "list[Ball]"]:
+    """Numbers (SI) by name, of options --set and of the other conditions of balls; these balls."""
     from golf_impact.data.balls import ball
 
-    values: dict[str, Any] = {}
+    values: dict[str, float] = {}
     for name, text in pairs_of(pairs, "NAME=VALUE, e.g. --set k=8e5").items():
         if name in _OF_A_SHOT:
             raise UserError(
@@ -67,10 +69,10 @@ def case_of(pairs: Iterable[str], names: Iterable[str]) -> tuple[dict[str, Any],
             why = LAWS_IN_WORDS if name == "law" else error
             raise UserError(f"--set {name}={text} is refused: {why}") from None
     balls = [ball(name) for name in dict.fromkeys(names)]
-    values = {**take_conditions(balls, values), **values}
-    for words in remarks(values):
+    conditions = take_conditions(balls, values)
+    for words in remarks(conditions | values):
         warn(words, style="yellow")
-    return values, balls
+    return values, conditions, balls
 
 
 def pairs_of(pairs: Iterable[str], form: str, option: str = "--set") -> dict[str, str]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from typer import Argument, Option
 
 from golf_impact.commands.console import RESULTS, err, out, print_table, progress, say, warn
-from golf_impact.commands.options import ball_option, case_of, pairs_of, set_option
+from golf_impact.commands.options import ball_option, case_of, set_option
 from golf_impact.data.errors import UnavailableError, UserError
 
 if TYPE_CHECKING:
@@ -60,12 +60,11 @@ def run(
     from golf_impact.report import scripts
     from golf_impact.report.results import NO_NAME, write_results
 
-    values, own_balls = case_of(set_ or [], balls or ())
-    own = bool(values or own_balls)
+    given, conditions, own_balls = case_of(set_ or [], balls or ())
+    values, own = conditions | given, bool(given or own_balls)
     if name is not None and not own:
         raise UserError("--name is that of a case of your own: give --set or --ball with it")
-    chosen_values = {key: values[key] for key in pairs_of(set_ or [], "NAME=VALUE")}
-    own_name = name or name_of_case(chosen_values, own_balls)
+    own_name = name or name_of_case(given, own_balls)
     if {*own_name} & {*NO_NAME}:
         raise UserError(f"--name {own_name} can't be in names of files: leave out {NO_NAME}")
     if names and own:
@@ -75,10 +74,12 @@ def run(
     if len({path.stem for path in paths}) < len(paths):
         raise UserError("two scenarios have the same name: run one at a time")
     place = folder or (RESULTS / "_".join(path.stem for path in paths) if names else RESULTS)
-    for file in ("results.json", "report.html") if paths else ():
-        files.check(place / file)
-    for file in ("results.json", "report.html") if own else ():
-        files.check((folder or RESULTS) / f"{own_name}_{file}")
+    # Where scenarios, and a case of one's own, are written: the beginnings of paths.
+    places = {"": place} if paths else {}
+    places |= {f"{own_name}_": folder or RESULTS} if own else {}
+    for prefix, where in places.items():
+        for file in ("results.json", "report.html"):
+            files.check(where / f"{prefix}{file}")
     results: dict[str, Result] = {}
     with Impact(fmu) as impact, progress("running", len(paths) + own) as advance:
         for n, path in enumerate(paths):
@@ -93,9 +94,9 @@ def run(
         mine = {own_name: own_case(impact, values, own_balls, own_name, figures)} if own else {}
         advance(len(paths) + own, "writing")
         pages = [
-            write_results(folder or RESULTS if prefix else place, some, impact, figures, prefix)
-            for prefix, some in (("", results), (f"{own_name}_", mine))
-            if some
+            write_results(where, some, impact, figures, prefix)
+            for prefix, where in places.items()
+            if (some := mine if prefix else results)
         ]
     if not pages:
         raise UserError("there is nothing to run")
