@@ -22,9 +22,9 @@ import golf_physics
 from golf_physics.variables import Variable
 
 from golf_build.archive import SUMS, checksums, scratch, unpack, write_archive
-from golf_build.description import model_description, render
 from golf_build.errors import UserError
 from golf_build.sources import HERE, PHYSICS, fmu_source, project_license
+from golf_build.templates import render
 
 #: Files of FMUs, as they are.
 _CONTENTS = HERE / "contents"
@@ -102,7 +102,17 @@ class Builder:
 
     def describe(self, token: str, tool: str, sources: Iterable[str] = ()) -> bytes:
         """The model description with a GUID, the tool that made it, and the names of C sources."""
-        return model_description(self._context(token=token, tool=tool, sources=sources))
+        # In FMI 2.0 an index is the position from 1 on, not the value reference.
+        places = enumerate(self.tables["rows"], 1)
+        known = {row.name: n if self.fmi == 2 else row.reference for n, row in places}
+        listed = {
+            name: " ".join(str(known[other]) for other in others if other in known)
+            for name, others in self.tables.get("dependencies", {}).items()
+        }
+        context = self._context(token=token, tool=tool, sources=sources, known=known)
+        context["dependencies"] = listed
+        # All attributes are in double quotes, so apostrophes need no escape.
+        return render(HERE / "modelDescription.xml.jinja", **context).replace(b"&#39;", b"'")
 
     def documents(self, platforms: Iterable[str] = ()) -> dict[str, bytes]:
         """Documentation; of ClubBallImpact also reference results and icons. By name.

@@ -15,10 +15,10 @@ from golf_physics.variables import LARGEST, Unit, Variable
 
 from golf_build import fmi2
 from golf_build.archive import pack, unpack, write_archive
-from golf_build.description import render
 from golf_build.native import BUILDERS as NATIVE
 from golf_build.packaging import Builder, PythonBuilder
 from golf_build.sources import HERE, fmu_source, toml
+from golf_build.templates import render
 
 _SYSTEM = toml(HERE / "system.toml")
 

@@ -8,7 +8,6 @@ import sys
 import sysconfig
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from zipfile import BadZipFile
 
 from golf_build.archive import scratch, unpack
 from golf_build.native import binaries_of, this_machine
@@ -40,8 +39,10 @@ def examine(path: Path | None) -> Iterator[Finding]:
 def _examine_ssp(path: Path, name: str) -> Iterator[Finding]:
     try:
         fmus = {one: data for one, data in unpack(path).items() if one.endswith(".fmu")}
-    except (OSError, BadZipFile) as error:
-        raise UserError(f"{name} is not a readable SSP ({first_line(error)})") from error
+    except Exception as error:  # zipfile raises many types for damaged files
+        why = getattr(error, "strerror", None) or first_line(error)
+        hint = "run `golf-impact build --system`"
+        raise UserError(f"{name} is not a readable SSP ({why}): {hint}") from error
     yield "ok", f"SSP: {name} has {len(fmus)} FMUs"
     with scratch({f"{n}.fmu": data for n, data in enumerate(fmus.values())}) as folder:
         for n, one in enumerate(fmus):

@@ -10,7 +10,7 @@ from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
-from golf_build.description import render
+from golf_build.templates import render
 from golf_impact.data import document
 from golf_impact.data.balls import BALLS
 from golf_impact.data.errors import UserError
@@ -66,11 +66,9 @@ class Result:
                 continue
             _, columns, rows = table
             for row in rows:
-                if len(row) != len(columns):
-                    yield f"tables[{n}]: {row!r} has {len(row)} cells, not {len(columns)}"
-                for cell in row:
-                    if not isinstance(cell, str):
-                        yield f"tables[{n}]: {cell!r} is not a text: write f'{{x:.4g}}'"
+                if len(row) != len(columns) or not all(isinstance(cell, str) for cell in row):
+                    why = "a row has a text for each column, of a number f'{x:.4g}'"
+                    yield f"tables[{n}] has a row {row!r}: {why}"
         for name, case in self.cases.items():
             if not isinstance(name, str) or not isinstance(case, Mapping):
                 yield f"cases[{name!r}] = {case!r}: a name of text, and results by name, are needed"
