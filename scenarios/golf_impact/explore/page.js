@@ -233,7 +233,6 @@ function point(chart, x, y) {
   moveCursor()
 }
 
-const still = matchMedia("(prefers-reduced-motion: reduce)")
 let playing = ""
 // How: "once", to the end of the run as the page opens; "around" until it is stopped; "" stops.
 function play(how) {
@@ -244,8 +243,7 @@ function play(how) {
   const frame = (now) => {
     if (playing != how || !how) return
     const elapsed = (now / 1000 - begin) / PLAYED, isOver = how == "once" && elapsed >= 1
-    // Less motion: twelve stills.
-    get("scrub").value = isOver ? OPENED : still.matches ? Math.floor(12 * (elapsed % 1)) / 12 : elapsed % 1
+    get("scrub").value = isOver ? OPENED : elapsed % 1
     moveCursor()
     if (isOver) play("")
     else requestAnimationFrame(frame)
@@ -343,7 +341,7 @@ openAddress()
 listen()
 for (const fieldset of all("fieldset:disabled")) fieldset.disabled = false
 get("undo").disabled = true
-if (isSimple() && !still.matches) {
+if (isSimple() && !matchMedia("(prefers-reduced-motion: reduce)").matches) {
   get("scrub").value = 0
   play("once")
 }

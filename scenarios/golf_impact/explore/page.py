@@ -79,7 +79,7 @@ def page(values: Mapping[str, float], own: Ball | None = None, answers: bool = T
         # Nothing in a script element may end it.
         data=json.dumps(facts, allow_nan=False, ensure_ascii=False).replace("<", "\\u003c"),
         answers=answers,
-        controls=[facts["inputs"][row["name"]] for row in _DATA["controls"]],
+        controls=[facts["inputs"][name] for name in _DATA["controls"]],
         sweeps=_DATA["sweeps"],
         tasks=[_task(**row) for row in _DATA["tasks"]],
         start=_in_words(START | _DATA["opening"]["simple"]),
@@ -108,7 +108,7 @@ def _facts(values: Mapping[str, float], own: Ball | None) -> dict[str, Any]:
     balls = {**BALLS, own.name: own} if own else BALLS
     return {
         "version": VERSION,
-        "inputs": {name: _input(name) for name in START},
+        "inputs": {name: _input(name, start) for name, start in START.items()},
         "outputs": {r.name: r.reference for r in BY_NAME.values() if r.causality == "output"},
         "metrics": METRICS,
         "path": PATH,
@@ -133,17 +133,11 @@ def _facts(values: Mapping[str, float], own: Ball | None) -> dict[str, Any]:
     }
 
 
-def _input(name: str) -> dict[str, Any]:
+def _input(name: str, start: float) -> dict[str, Any]:
     """An input or parameter, with its control if it has one."""
-    row = BY_NAME[name]
-    control: dict[str, Any] = next((one for one in _DATA["controls"] if one["name"] == name), {})
-    return {
-        "name": name,
-        "start": START[name],
-        "si": format_unit(row.unit),
-        "description": row.description,
-        **control,
-    }
+    row, control = BY_NAME[name], _DATA["controls"].get(name, {})
+    texts = {"si": format_unit(row.unit), "description": row.description}
+    return {"name": name, "start": start, **texts, **control}
 
 
 def _readout(metric: str, label: str, meaning: str, level: str = "") -> dict[str, Any]:
@@ -165,17 +159,19 @@ def _case(ball: str = "", **values: float) -> dict[str, float]:
 
 
 def _example(
-    name: str, hint: str, case: str = "", ball: str = "", values: Any = (), beside: Any = None
+    name: str, hint: str, case: str = "", ball: str = "", beside: Any = None, **own: Any
 ) -> dict[str, Any]:
     """A case with a button, with what is published of it: texts by metric, in its unit."""
-    published = {metric: _UNITS[metric].format_value(x) for metric, x in ROH_LEE_FIGURES.items()}
-    if not ball:
-        printed = document.CASES[case].printed if case else {}
+    values, published = own.get("values", {}), {}
+    if case:
+        values, printed = document.CASES[case]
         published = {metric: one.text for metric, one in printed.items()}
+    if ball:
+        published = {of: _UNITS[of].format_value(x) for of, x in ROH_LEE_FIGURES.items()}
     return {
         "name": name,
         "hint": hint,
-        "values": _case(ball, **dict(values)),
+        "values": _case(ball, **values),
         "beside": beside and _case(**beside),
         "published": published,
         "source": "Roh & Lee" if ball else "document",
@@ -199,9 +195,8 @@ def _task(cases: Mapping[str, Any], results: list[str], **row: Any) -> dict[str,
 
 def _in_words(values: Mapping[str, float]) -> str:
     """The values of the simple level, in the page's units."""
-    rows = [row for row in _DATA["controls"] if "group" not in row]
-    sizes = [SYMBOLS[symbol_of(row["unit"])][1] for row in rows]
     return ", ".join(
-        f"{row['label']} {values[row['name']] / size:g} {row['unit']}"
-        for row, size in zip(rows, sizes)
+        f"{row['label']} {values[name] / SYMBOLS[symbol_of(row['unit'])][1]:g} {row['unit']}"
+        for name, row in _DATA["controls"].items()
+        if "group" not in row
     )
