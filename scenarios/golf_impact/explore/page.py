@@ -113,7 +113,6 @@ def _facts(values: Mapping[str, float], own: Ball | None) -> dict[str, Any]:
         "metrics": METRICS,
         "path": PATH,
         "undefined": {
-            "separated": [*undefined_results(True, True)],
             "touched": [*undefined_results(True, False)],
             "apart": [*undefined_results(False, False)],
         },

@@ -4,6 +4,7 @@ class Refused extends Error {
 }
 
 const energyOf = (mass, speed) => 0.5 * mass * speed * speed
+const columns = (names, rows) => Object.fromEntries(names.map((name) => [name, rows.map((row) => row[name])]))
 // Communication points before touch, in contact, after it; the number of values over which S and COR are drawn.
 const BEFORE = 8, WITHIN = 100, AFTER = 16, SWEPT = 25
 // Bodies that approach no faster, m/s, don't touch.
@@ -37,9 +38,9 @@ class Physics {
     throw new Refused(new TextDecoder().decode(bytes.subarray(0, bytes.indexOf(0))), this.inputs[place])
   }
 
-  // Set the values of the first row, and a number of rows or instants.
-  prepare(values, count) {
-    this.inputs.forEach((name, n) => { this.values[n * ROWS] = values[name] })
+  // Set rows of values, and a number of rows or instants.
+  prepare(rows, count = rows.length) {
+    this.inputs.forEach((name, n) => this.values.set(rows.map((values) => values[name]), n * ROWS))
     this.counts.set([count, this.outputs.length])
   }
 
@@ -58,13 +59,13 @@ class Physics {
 
   // Results of an impact, with what follows from them and the values; `touched` and `separated`.
   impact(values) {
-    this.prepare(values, 1)
+    this.prepare([values])
     this.wasm.impacts()
     const end = this.ends[0], touched = end >= TOUCHED, separated = end == SEPARATED
     if (end == REFUSED) this.check(this.wasm.explain(0))
     const m = this.read(this.facts.metrics, 0), {club_position} = this.read(["club_position"], 0)
     const work = values.club_force ? values.club_force * (club_position - values.ball_speed * m.touch_time) : 0
-    for (const name of this.facts.undefined[separated ? "separated" : touched ? "touched" : "apart"]) m[name] = NaN
+    if (!separated) for (const name of this.facts.undefined[touched ? "touched" : "apart"]) m[name] = NaN
     const {m_club, m_ball, club_speed, ball_speed, ball_diameter} = values
     const before = m_club * club_speed + m_ball * ball_speed, energy = energyOf(m_club, club_speed) + energyOf(m_ball, ball_speed)
     Object.assign(m, {
@@ -89,12 +90,12 @@ class Physics {
     const times = [...new Set(points)].sort((a, b) => a - b)
     if (times.length < BEFORE + WITHIN + AFTER || times.at(-1) + lead == times.at(-1))
       throw new Refused(`A contact of ${contact.toPrecision(3)} s is too short or too long to be drawn.`)
-    this.prepare(touched ? {...values, gap: (club_speed - ball_speed) * lead} : values, times.length)
-    times.forEach((time, n) => { this.values[this.inputs.length * ROWS + n] = time })
+    this.prepare([touched ? {...values, gap: (club_speed - ball_speed) * lead} : values], times.length)
+    this.values.set(times, this.inputs.length * ROWS)
     this.check(this.wasm.begin(times.at(-1)))
     this.check(this.wasm.instants(0))
     const rows = times.map((time, n) => ({time: time - lead, ...this.read(this.facts.path, n)})), moved = ball_speed * lead
-    const path = Object.fromEntries(["time", ...this.facts.path].map((name) => [name, rows.map((row) => row[name])]))
+    const path = columns(["time", ...this.facts.path], rows)
     for (const name of ["club_position", "ball_position"]) path[name] = path[name].map((x) => x - moved)
     return {...path, ...this.balances(values, path)}
   }
@@ -114,17 +115,13 @@ class Physics {
 
   // S and COR over one variable from low to high, SI units, where it is accepted and the bodies separate.
   sweep(values, over, low, high) {
-    const swept = {x: [], smash_factor: [], coefficient_of_restitution: []}
-    const all = Array.from({length: SWEPT}, (_, n) => low + n / (SWEPT - 1) * (high - low))
-    for (const x of [...new Set([...all, values[over]])].sort((a, b) => a - b)) {
-      try {
-        const {metrics, separated} = this.impact({...values, [over]: x})
-        if (separated) for (const name in swept) swept[name].push({...metrics, x}[name])
-      } catch (error) {
-        if (!(error instanceof Refused)) throw error
-      }
-    }
-    return swept
+    const results = ["smash_factor", "coefficient_of_restitution"]
+    const spread = Array.from({length: SWEPT}, (_, n) => low + n / (SWEPT - 1) * (high - low))
+    const swept = [...new Set([...spread, values[over]])].sort((a, b) => a - b)
+    this.prepare(swept.map((x) => ({...values, [over]: x})))
+    this.wasm.impacts()
+    const rows = swept.flatMap((x, n) => this.ends[n] == SEPARATED ? [{x, ...this.read(results, n)}] : [])
+    return columns(["x", ...results], rows)
   }
 }
 
