@@ -8,7 +8,6 @@ import random_cases
 from cases import CASES, exact, exact_path, exact_path_of, horizon, instants, scales_of
 from compare import assert_close, assert_same_results
 from conftest import numbers
-from ways import STEPPED, InProcess, marked
 
 
 def points(case, compared, pattern):
@@ -45,30 +44,29 @@ def path_of(way, case, compared, pattern):
     return reached, reached[after]["impulse"] - added
 
 
-#: Of FMUs with the same implementation as others, by default some cases.
-CI, ALIKE = [pytest.mark.ci], ("FMI 2.0", "native, FMI 3.0")
-BY_STEPS = [
-    pytest.param(way.id, name, marks=[*way.marks, *CI * (way.id in ALIKE and n % 6 > 0)])
-    for way in marked(STEPPED)
+#: Ways and patterns of steps: of both implementations; of other FMUs, which have their bits.
+BOTH = [("in process", pattern) for pattern in ("one step", "equal", "random")]
+BOTH += [("native, FMI 2.0", "random")]
+OTHERS = [("FMI 2.0", "random"), ("native, FMI 3.0", "random")]
+RUNS = [pytest.param(name, BOTH, id=name) for name in CASES]
+RUNS += [
+    pytest.param(name, OTHERS, id=f"{name}, others", marks=[pytest.mark.ci] * (n % 6 > 0))
     for n, name in enumerate(CASES)
 ]
 
 
-@pytest.mark.parametrize(("way", "name"), BY_STEPS)
-def test_cases_by_any_steps(way_of, way, name):
+@pytest.mark.parametrize(("name", "runs"), RUNS)
+def test_cases_by_any_steps(way_of, name, runs):
     """Every output on the way and at the end; of power laws those known."""
-    stepped_way = way_of(way)
     case, end, right = CASES[name], horizon(name), exact_path(name)
     compared = instants(end) if case.is_linear else {time: 0.998 * time for time in right}
-    # FMUs have the bits of the physics in this process.
-    patterns = ("one step", "equal") if isinstance(stepped_way, InProcess) else ()
-    for pattern in (*patterns, "random"):
-        reached, missing = path_of(stepped_way, case, compared, pattern)
+    for of, pattern in runs:
+        reached, missing = path_of(way_of(of), case, compared, pattern)
         last = reached[end]
         assert case.is_linear or last["separated"]
         scales = scales_of(case, last, end)
         for time in reached:
-            where = {"case": name, "time": time, "steps": pattern}
+            where = {"case": name, "time": time, "steps": pattern, "way": of}
             expected = dict(right[time])
             if pattern == "one step":
                 expected.pop("mean_force", None)
