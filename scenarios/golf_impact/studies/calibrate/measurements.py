@@ -233,20 +233,16 @@ def number(given: Any, name: str, where: str = "") -> float:
 
 def measured(given: Any, name: str, where: str = "") -> Measured:
     """A number and its σ: a pair, or the text "600us±6us" (also with +-), in its unit."""
-    sigma = None
-    if isinstance(given, str):
-        parts = [part.strip() for part in re.split(r"±|\+/?-", given)]
-        if len(parts) == 2:
-            # A unit of one of them is that of both.
-            symbols = [re.sub(r"^[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*", "", part) for part in parts]
-            shared = symbols[0] or symbols[1]
-            given, sigma = (part if own else part + shared for part, own in zip(parts, symbols))
-    elif isinstance(given, tuple) and len(given) == 2:
-        given, sigma = given
-    value = number(given, name, where)
-    if sigma is None or sigma == "":
-        return Measured(value, DEFAULT_SIGMA * abs(value), False)
-    return Measured(value, number(sigma, f"sigma_{name}", where))
+    parts = given if isinstance(given, tuple) else (given,)
+    if isinstance(given, str) and len(texts := re.split(r"±|\+/?-", given)) == 2:
+        # A unit of one of them is that of both.
+        symbols = [re.sub(r"^\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*", "", text) for text in texts]
+        shared = symbols[0] or symbols[1]
+        parts = tuple(text if own else text + shared for text, own in zip(texts, symbols))
+    value = number(parts[0] if len(parts) == 2 else given, name, where)
+    if len(parts) == 2:
+        return Measured(value, number(parts[1], f"sigma_{name}", where))
+    return Measured(value, DEFAULT_SIGMA * abs(value), False)
 
 
 @dataclass(frozen=True)
@@ -426,8 +422,6 @@ def _read_shots(path: Any, columns: str, impact: Mapping[str, float]) -> Series:
     table = read_table(Path(path), (records.CLUB, records.BALL), columns, missing=0.5)
     club, ball = table.columns.values()
     notes = [*table.notes]
-    if len(club) < 3:
-        raise UserError(f"{path} is refused: it has {len(club)} shots, 3 are needed")
     if table.bare:
         middle = float(np.median(club))
         if 33.0 < middle <= 58.0:

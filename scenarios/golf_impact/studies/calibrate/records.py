@@ -12,7 +12,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
-from itertools import zip_longest
+from itertools import chain, zip_longest
 from pathlib import Path
 from typing import NamedTuple
 
@@ -56,16 +56,10 @@ _BESIDE_UNITS = re.compile(
 #: the first time, and whose unit is named.
 _COUNTS = ("x", "sequence", "index", "point", "points", "sample", "samples", "nr", "no", "row", "n")
 _SETTINGS = {
-    "step": re.compile(
-        r"(x|t|wf|wfx)?(inc|incr|increment)|hresolution|d[xt]|delta[xt]|(time|x)?interval|timestep|"
-        r"(sample|sampling|abtast)(interval|intervall|period|periode|time|zeit)"
-    ),
-    "rate": re.compile(
-        r"(sample|sampling|abtast|mess|scan)(rate|freq|frequency|frequenz)|rate|hz|fs"
-    ),
-    "start": re.compile(
-        r"(h|x|t|wf)?(start|offset|startoffset|origin|org|zero)(time)?|[xt]0|firstx"
-    ),
+    "step": r"(x|t|wfx?)?incr?(ement)?|hresolution|(d|delta)[xt]|(time|x)?interval|timestep|"
+    r"(sampl(e|ing)|abtast)(intervall?|periode?|time|zeit)",
+    "rate": r"(sampl(e|ing)|abtast|mess|scan)(rate|freq(uency)?|frequenz)|rate|hz|fs",
+    "start": r"(h|x|t|wf)?(start|offset|startoffset|origin|org|zero)(time)?|[xt]0|firstx",
 }
 _HERTZ = re.compile(r"([kmg]$|[kmg]?(?=hz|s(a|ps|/s)))", re.I)
 _UNIT_OF = re.compile(r"\W*(units?( of)?|einheit)\W*", re.I)
@@ -219,8 +213,7 @@ def read_table(
 def _read_text(path: Path, wanted: Sequence[Column], picked: Sequence[_Head]) -> _Text:
     """Rows and heads of a file.
 
-    UserError: there are letters above the rows, but no header. ValueError: it can't be known what
-    commas are, or there are several segments.
+    ValueError: it can't be known what commas are, or there are several segments.
     """
     lines = _decode(path)
     mark, cells = _split(lines)
@@ -241,21 +234,17 @@ def _read_text(path: Path, wanted: Sequence[Column], picked: Sequence[_Head]) ->
     columns = [*zip_longest(*(cells[n] for n in rows), fillvalue="")]
     decimal = _find_decimal(columns, "." if mark == "," else "")
     names = [one.name for one in wanted if not one.optional]
-    if not (header or picked) and width == len(names):
+    letters = any(re.match(r"\s*[^\W\d_]", line) for line in above)
+    if not (header or picked or letters) and width == len(names):
         heads = [_Head(name) for name in names]
     columns += [("",) * len(rows)] * (len(heads) - len(columns))
     columns.append(tuple(map(str, range(len(rows)))))
-    known = f"its header is {header!r}" if header else "it has no header"
+    known = f"its header is {header!r}" if header else f"it has no header of {width} columns"
     known += f"; expected {','.join(names)}; choose columns by name or number: --columns "
     known += "'TIME [s],CH2 [2 kN/V]'" if FORCE in wanted else "'1 [mph],2'"
     heads = [*heads, *[_Head()] * (len(columns) - 1 - len(heads)), _Head("row")]
     found = _find_settings(above, mark, decimal, wanted) if TIME in wanted else ({}, {})
-    text = _Text(path, [n + 1 for n in rows], heads, columns, decimal, *found, known)
-    letters = [line.strip() for line in lines[:first] if re.match(r"\s*[^\W\d_]", line)]
-    if letters and not (header or picked):
-        what = f"the line {letters[-1]!r} above its numbers"
-        raise text.error(f"{what} is no header of {width} columns")
-    return text
+    return _Text(path, [n + 1 for n in rows], heads, columns, decimal, *found, known)
 
 
 def _decode(path: Path) -> list[str]:
@@ -317,11 +306,9 @@ def _cells(line: str, mark: str | None) -> list[str]:
 
 def _find_rows(cells: Sequence[list[str]]) -> tuple[int, int]:
     """The longest run of lines with numbers in the same columns and few others among them."""
-    numeric = [frozenset(n for n, cell in enumerate(row) if _is_number(cell)) for row in cells]
-    # A number that is missing stands where one was, if there are others.
     numeric = [
-        one and one | {n for n, cell in enumerate(row) if _MISSING.fullmatch(cell)}
-        for one, row in zip(numeric, cells)
+        frozenset(n for n, cell in enumerate(row) if _is_number(cell) or _MISSING.fullmatch(cell))
+        for row in cells
     ]
     kinds = [(one, len(one) == sum(map(bool, row))) for one, row in zip(numeric, cells)]
     some = [kind for kind in kinds if kind[0]]
@@ -337,9 +324,8 @@ def _find_rows(cells: Sequence[list[str]]) -> tuple[int, int]:
         1.0 if good else -0.5 if one & usual else -2.0 * bool(row)
         for good, one, row in zip(alike, numeric, cells)
     ]
-    sums = np.cumsum([0.0, *gains[:stop]])
-    first = len(sums) - 1 - int(np.argmin(sums[::-1]))
-    return first, stop
+    sums = np.cumsum([*gains[stop - 1 :: -1]])
+    return stop - 1 - int(np.argmax(sums)), stop
 
 
 def _find_heads(
@@ -376,15 +362,16 @@ def _find_heads(
 
 def _header_cells(line: str, mark: str | None, width: int) -> list[str]:
     """Cells of a line above the rows, by their delimiter or another one."""
-    text = re.sub(r"^[ #%!/]+", "", line.rstrip(" "))
+    if not (text := re.sub(r"^[ #%!/]+", "", line.rstrip(" "))):
+        return []
     row = _cells(text, mark or "\t")
     if len(row) > width and _LABEL.fullmatch(row[0]):
         row = row[1:]
-    if text and (mark or not width) and (len(row) >= width or (len(row) > 1 and _are_units(row))):
+    if (mark or not width) and (len(row) >= width or (len(row) > 1 and _are_units(row))):
         return row
     rows = [*(_cells(text, one) for one in "\t;,"), re.split(r"\s{2,}", text)]
     rows += [re.split(r"\s+(?![\[(])", text)] * (mark is None)
-    return next((row for row in rows if text and len(row) == width), [])
+    return next((row for row in rows if len(row) == width), [])
 
 
 def _find_settings(
@@ -406,7 +393,7 @@ def _find_settings(
         pairs += [(key, n) for gap in (2, 1) for n, key in enumerate(cells[:-gap], gap)]
         for key, n in pairs:
             head = _Head.of(key)
-            kind = next((kind for kind, keys in _SETTINGS.items() if keys.fullmatch(head.key)), "")
+            kind = next((k for k, keys in _SETTINGS.items() if re.fullmatch(keys, head.key)), "")
             if not kind:
                 continue
             value, unit = _parse(cells[n], _find_decimal([cells[n : n + 1]], decimal) or ".")
@@ -474,22 +461,21 @@ def _find_decimal(columns: Iterable[Collection[str]], usual: str = "") -> str:
     Numbers such as 1,250 may be of either kind, as `usual` says; in a column that has 999 too they
     have marks of thousands. Otherwise a ValueError.
     """
-    marked = [
-        [cell for cell in dict.fromkeys(column) if "," in cell or "." in cell] for column in columns
-    ]
-    point, comma = (
-        sum(bool(one.fullmatch(cell)) for cells in marked for cell in cells)
-        for one in _NUMBERS.values()
-    )
+    commas = [[cell for cell in dict.fromkeys(column) if "," in cell] for column in columns]
+    points = [cell for column in columns for cell in column if "." in cell]
+    if not any(commas) and usual != ",":
+        return "." if points else usual
+    marked = [*chain(points, *commas)]
+    point, comma = (sum(map(bool, map(one.fullmatch, marked))) for one in _NUMBERS.values())
     if point != comma:
         return "." if point > comma else ","
-    for column, cells in zip(columns, marked):
-        either = [one for one in cells if "," in one and _NUMBERS["."].fullmatch(one)]
+    for column, cells in zip(columns, commas):
+        either = [*filter(_NUMBERS["."].fullmatch, cells)]
         if either and not usual and not any(map(_SMALL.fullmatch, column)):
             values = " or ".join(f"{_parse(either[0], mark)[0]:.10g}" for mark in _NUMBERS)
             how = "write numbers with a decimal point, without marks of thousands"
             raise ValueError(f"{either[0]!r} may be {values}: {how}")
-    return usual or "." * bool(point)
+    return usual or "."
 
 
 def _parse(cell: str, decimal: str) -> tuple[float, str]:
