@@ -21,7 +21,7 @@
     Calibration: Kelvin–Voigt (law 2)
       k = 914000 ± 19000 N/m
       b = 37.3 ± 1.3 N·s/m
-      χ² = 0.000, degrees of freedom 0
+      χ² = 0, degrees of freedom 0
     >>> table = golf_impact.sweep({"law": 2, "k": "0.5e6:2e6:100", "b": "0,9,12"})
     >>> table["smash_factor"].shape
     (300,)

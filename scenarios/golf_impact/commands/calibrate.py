@@ -92,8 +92,8 @@ def calibrate(
     data, picture = folder / "calibrate.json", folder / "calibrate.png"
     for path in filter(None, (data, picture if figures else None, save)):
         check(path)
-    with progress("calibrating", 100) as advance:
-        calibration = fit(**values, progress=advance)
+    with progress("calibrating", 1):
+        calibration = fit(**values)
         written = [write(data, as_json(calibration.as_json()))]
         written += [write(picture, png(calibration.draw()))] if figures else []
         written += [calibration.save(save)] if save else []

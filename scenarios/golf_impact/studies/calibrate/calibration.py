@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import lmfit
 import numpy as np
-from scipy.special import stdtrit
+from scipy.special import chdtrc, stdtrit
 
 from golf_impact.api import run_impacts
 from golf_impact.data.balls import Ball, ball_toml
@@ -18,13 +18,7 @@ from golf_impact.data.errors import UserError, refused
 from golf_impact.data.files import write
 from golf_impact.data.quantities import format_options
 from golf_impact.studies.calibrate import report
-from golf_impact.studies.calibrate.fit import (
-    REFERENCE_COMPRESSION,
-    Estimate,
-    Problem,
-    at_limits,
-    chance_of,
-)
+from golf_impact.studies.calibrate.fit import REFERENCE_COMPRESSION, Estimate, Problem, at_limits
 from golf_impact.studies.calibrate.measurements import (
     IMPACT,
     RESTITUTION,
@@ -65,26 +59,25 @@ class Calibration:
         values: the FMU's inputs and parameters of this impact, SI units.
         parameters: value, standard error and 95 % interval of the fitted ones, by their FMU names.
         covariance, correlations: theirs; 0 for one at its limit.
-        curves: of each curve `touch`, the instant by its clock (s), and, as far as its sensor has
-            them, `offset` (N) and `drift` (N/s).
+        curves: of each curve `touch_time`, by its clock (s), and, as far as its sensor has them,
+            `offset` (N) and `drift` (N/s).
         predicted: scalar targets as the physics gives them.
+        predictions: what `predict` gives at 30, 40 and 50 m/s; empty if physics refuses one.
         residuals, sigma: (model − measured)/σ of the measured values, and their σ, by part.
         rms: residuals of each series, root mean square in its unit.
         row_correlations: lag-1 autocorrelations of residuals in contact, where they aren't chance.
+        curves_differ: whether curves differ by more than noise in k (95 %).
+        chi_squared, degrees_of_freedom: of the residuals.
         probability: of a larger χ² if law and σ are right; None if χ² has no meaning.
         aic: Akaike's criterion, −2 ln(likelihood) + 2 p, but for a constant.
         coverage: half the width of a 95 % interval in standard errors: Student's t or normal.
-        chance_of_one_stiffness: the probability that the stiffnesses of several curves differ as
-            much by chance.
         linear: the fit of n = 1 beside another exponent, if there is one.
-        speeds, predictions: club speeds (m/s), and what `predict` gives there.
 
     Raises:
         UserError: the measurements don't determine the law's parameters, or no contact that ends
             comes near them.
     """
 
-    speeds = np.array([30.0, 40.0, 50.0])
     linear: Calibration | None = None
 
     def __init__(self, problem: Problem) -> None:
@@ -107,8 +100,7 @@ class Calibration:
             freedom = result.nfree - len(ends)
             self.coverage = float(stdtrit(max(1, freedom) if estimated else 1e9, 0.975))
             profiles = problem.profiles(result, self.coverage)
-        self.result = result
-        self.chance_of_one_stiffness = problem.chance_of_one_stiffness(result)
+        self.result, self.curves_differ = result, problem.curves_differ(result)
 
         def estimate(name: str, unit: float = 1.0, zero: float = 0.0) -> Estimate:
             value, error = result.params[name].value, unit * result.params[name].stderr
@@ -119,13 +111,16 @@ class Calibration:
         self.parameters = {name: ends.get(name) or estimate(name) for name in names}
         self.curves = {
             curve: {
-                of: estimate(of + one.suffix, unit, one.origin if of == "touch" else 0.0)
+                ("touch_time" if of == "touch" else of): estimate(
+                    of + one.suffix, unit, one.origin if of == "touch" else 0.0
+                )
                 for of, unit in UNITS.items()
                 if of + one.suffix in result.params
             }
             for curve, one in self.data.curves.items()
         }
-        self.covariance = self._covariance(names)
+        places = [result.var_names.index(name) if name not in ends else -1 for name in names]
+        self.covariance = np.pad(result.covar, (0, 1))[np.ix_(places, places)]
         errors = [one.standard_error or math.inf for one in self.parameters.values()]
         self.correlations = self.covariance / np.outer(errors, errors)
 
@@ -134,7 +129,7 @@ class Calibration:
         self.residuals = problem.split(rows)
         self.chi_squared, self.degrees_of_freedom = float(rows @ rows), freedom
         tested = freedom > 0 and not estimated
-        self.probability = chance_of(self.chi_squared, freedom) if tested else None
+        self.probability = float(chdtrc(freedom, self.chi_squared)) if tested else None
         logarithms = sum(float(np.log(one).sum()) for one in self.sigma.values())
         self.aic = self.chi_squared + 2.0 * logarithms + 2.0 * (len(rows) - freedom)
         self.rms = {
@@ -148,23 +143,12 @@ class Calibration:
         self.predicted = compute_scalars(targets, self.values)
         self.predictions: dict[str, Interval] = {}
         with suppress(UserError):  # a steep line of COR may end below these speeds
-            self.predictions = self.predict(self.speeds)
-
-    @property
-    def is_exact(self) -> bool:
-        """Whether residuals are rounding, of which a comparison of laws would be one."""
-        exact = [self.rms[n] < 1e-6 * one.signal.max() for n, one in self.data.series.items()]
-        return all([*exact, np.abs(self.residuals.get("targets", 0.0)).max() < 0.01])
-
-    def _uncertain(self, chosen: Collection[str]) -> list[str]:
-        """Those of these names that are parameters with a standard error."""
-        return [name for name in self.parameters if name in {*chosen} & {*self.result.var_names}]
+            self.predictions = self.predict(report.SPEEDS)
 
     def _covariance(self, names: Sequence[str]) -> np.ndarray:
-        """Of these parameters; 0 of one at its limit."""
-        free = self.result.var_names
-        at = [free.index(name) if name in free else -1 for name in names]
-        return np.pad(self.result.covar, (0, 1))[np.ix_(at, at)]
+        """Of these parameters."""
+        places = [[*self.parameters].index(name) for name in names]
+        return self.covariance[np.ix_(places, places)]
 
     def predict(self, club_speeds: float | Sequence[float] | np.ndarray) -> dict[str, Interval]:
         """S, COR and ball speed (m/s) at club speeds (m/s, any shape), with 95 % intervals.
@@ -177,7 +161,7 @@ class Calibration:
         found = run_impacts(_PREDICTED, **values)
         if found.reason:
             raise UserError(found.reason)
-        names = self._uncertain({*self.parameters} - {"club_speed"})
+        names = [name for name in self.parameters if name != "club_speed"]
         errors = standard_errors(_PREDICTED, values, names, self._covariance(names))
         moved = [
             run_impacts(_PREDICTED, **{**values, name: end})
@@ -199,28 +183,20 @@ class Calibration:
         """The ball that was found; `**ball.values` are inputs and parameters of the FMU."""
         data, values = self.data, self.values
         measured = [*data.scalars.targets]
-        measured += [
-            f"{len(one.y)} rows of {one.name} ({report.describe_impact(one.impact)})"
-            for one in data.curves.values()
-        ]
+        measured += [f"{len(one.y)} rows of {one.name}" for one in data.series.values()]
         speeds = [one.impact["club_speed"] for one in data.curves.values()]
-        if line := data.cor_speeds:
-            measured.append(f"{len(line.y)} rows of {line.name}")
-            speeds += [*line.x]
-        source = f"golf-impact calibrate: {', '.join(measured)}"
-        if data.scalars.targets:
-            source += f"; {report.describe_impact(data.impact)}"
+        speeds += [*data.cor_speeds.x] if data.cor_speeds else []
         # The impact isn't part of the ball, but for a mass of its own.
         of_impact = {*IMPACT} - ({"m_ball"} if values["m_ball"] != IMPACT["m_ball"] else set())
-        names = self._uncertain(RANGES)
+        uncertain = [n for n, one in self.parameters.items() if n in RANGES and one.limit is None]
         limits = report.describe_limits(self.parameters)
         return Ball(
             name="calibrated",
             title=f"calibrated, {self.title}",
             values={name: value for name, value in values.items() if name not in of_impact},
-            source=source,
-            uncertain=tuple(names),
-            covariance=tuple(map(tuple, self._covariance(names).tolist())),
+            source=f"golf-impact calibrate: {', '.join(measured)}; {report.describe_impact(data)}",
+            uncertain=tuple(uncertain),
+            covariance=tuple(map(tuple, self._covariance(uncertain).tolist())),
             conditions={n: values[n] for n in IMPACT if n != "m_ball" and n in data.given},
             speeds=(float(min(speeds)), float(max(speeds))) if speeds else (),
             # Nobody has measured a stiffness that nothing depends on.
@@ -257,8 +233,7 @@ class Calibration:
     def __repr__(self) -> str:
         found = [f"  {name} = {text}" for name, text, _ in self.tables()[0][2]]
         title = f"Calibration: {self.title} (law 2)"
-        square = f"  χ² = {self.chi_squared:.3f}, degrees of freedom {self.degrees_of_freedom}"
-        return "\n".join([title, *found, square])
+        return "\n".join([title, *found, f"  {report.describe_chi_squared(self)}"])
 
     words = property(report.sentences)
     tables = report.tables
@@ -276,7 +251,6 @@ def calibrate(
     baseline: str = "",
     fix: Mapping[str, Any] | None = None,
     prior: Mapping[str, Any] | None = None,
-    progress: Callable[[float, str], object] = lambda percent, title: None,
     **scalars: Any,
 ) -> Calibration:
     """Fit a contact law to measurements of an impact on a ball at rest, all together (SI units).
@@ -300,7 +274,6 @@ def calibrate(
         fix: law parameters that aren't fitted, by name (`n` is the exponent).
         prior: what is known of parameters of law or impact, by name: a value and its σ,
             `{"m_club": (0.2, 0.002)}`; it is fitted with the measurements.
-        progress: called before each fit with the progress in per cent and its law's title.
         scalars: ball_speed, club_speed_after, cor, contact_time, max_force, time_of_max_force,
             smash_factor, energy_efficiency, impulse, max_compression and contact_displacement, also
             by their FMU outputs; each a number or with its σ (1 % by default), `(0.743, 0.005)` or
@@ -328,11 +301,8 @@ def calibrate(
         fixed["exponent"] = exponent
     fixed = {name: number(value, name, "fix" if fix else "") for name, value in fixed.items()}
     data = measurements(scalars, curve, cor_speeds, columns, baseline, priors, window, shots)
-    problem = Problem(data, fixed)
-    progress(0.0, problem.title)
-    found = Calibration(problem)
+    found = Calibration(Problem(data, fixed))
     if found.exponent != 1.0 and data.sized:
-        progress(50.0, "Kelvin–Voigt")
         with suppress(UserError):  # with too few measurements
             found.linear = Calibration(Problem(data, {**fixed, "exponent": 1.0}))
     return found

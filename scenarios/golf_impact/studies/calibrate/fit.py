@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import lmfit
 import numpy as np
-from scipy.special import chdtrc
+from scipy.special import chdtri
 
 from golf_impact.data.errors import UserError
 from golf_impact.data.runs import reduced_mass
@@ -23,6 +23,9 @@ LINE = ("restitution_at_rest", "restitution_slope")
 
 #: The compression at which k and b hold, m.
 REFERENCE_COMPRESSION = 0.005
+
+#: Names of law 2 by its exponent; None if it is free.
+_TITLES = {None: "power law, n free", 1.0: "Kelvin–Voigt", 1.5: "Tsuji, n = 1.5"}
 
 #: The residual where no contact ends, σ; rows of a curve with which a search begins.
 _FAR, _FEW = 1e9, 600
@@ -52,10 +55,6 @@ class Estimate(NamedTuple):
     interval: tuple[float, float]  #: one-sided if it is at its limit
     limit: float | None = None  #: the end of its range, if it is there
 
-    def as_json(self) -> dict[str, Any]:
-        """Without a limit, if it isn't at one."""
-        return {name: v for name, v in self._asdict().items() if name != "limit" or v is not None}
-
 
 class Problem:
     """The residual of all measurements, for lmfit, and its derivatives.
@@ -73,7 +72,9 @@ class Problem:
 
     def __init__(self, data: Measurements, fixed: Mapping[str, float]) -> None:
         self.data, self.fixed, self.parts = data, fixed, data.parts
-        self.title = title_of(fixed.get("exponent")) + " with COR line" * bool(data.cor_speeds)
+        n = fixed.get("exponent")
+        self.title = _TITLES.get(n) or f"power law, n = {n:g}"
+        self.title += " with COR line" * bool(data.cor_speeds)
         self.sigma = {name: part.guess for name, part in self.parts.items()}
         self.rows = sum(map(len, self.sigma.values()))
         known = {*data.scalars.measured} - {*data.scalars.targets}
@@ -116,22 +117,23 @@ class Problem:
         Rows within so many spacings of touch have none over its instant: the force jumps or rises
         steeply there.
         """
-        values, slopes = params.valuesdict(), []
-        touches = {"touch" + one.suffix: name for name, one in self.data.curves.items()}
-        try:
-            for name in (one.name for one in params.values() if one.vary):
-                of = name if name in (*RANGES, *IMPACT) else name.partition("_")[0]
-                low, high = ends_of(of, values[name])
-                rows = self._model({**values, name: high}) - self._model({**values, name: low})
-                slopes.append(rows / (high - low))
-                if curve := self.data.curves.get(touches.get(name, "")):
-                    # A difference over the jump itself is none of the force.
-                    close = max(near * curve.spacing, UNITS["touch"] * (high - low))
-                    beside = np.abs(curve.since_touch(values)) <= close
-                    self.split(slopes[-1])[touches[name]][beside] = 0.0
-        except UserError:
-            slopes = [np.zeros(self.rows) for one in params.values() if one.vary]
-        return np.reshape(slopes, (-1, self.rows)).T
+        values = params.valuesdict()
+        varied = [one.name for one in params.values() if one.vary]
+        slopes = np.zeros((len(varied), self.rows))
+        with suppress(UserError):
+            for name, rows in zip(varied, slopes):
+                low, high = ends_of(name.rstrip("_0123456789"), values[name])
+                rows += self._model({**values, name: high}) - self._model({**values, name: low})
+                rows /= high - low
+        for name, curve in self.data.curves.items():
+            touch = "touch" + curve.suffix
+            # A difference over the jump itself is none of the force.
+            close = max(
+                near * curve.spacing, UNITS["touch"] * 2.0 * step_of("touch", values[touch])
+            )
+            beside = np.abs(curve.since_touch(values)) <= close
+            self.split(slopes[varied.index(touch)])[name][beside] = 0.0
+        return slopes.T
 
     def solve(self, params: lmfit.Parameters, tolerance: float = 1e-10, near: float = 0.0) -> Any:
         """lmfit's result of the minimum beside these parameters."""
@@ -265,44 +267,39 @@ class Problem:
         if not any(len(one.contact) <= _SPARSE for one in self.data.curves.values()):
             return {}
 
-        def held(one: lmfit.Parameter, errors: float) -> lmfit.Parameters:
-            # lmfit keeps the value within its range.
+        def rises(one: lmfit.Parameter, value: float) -> bool:
             params = result.params.copy()
-            params[one.name].set(value=one.value + errors * one.stderr, vary=False)
-            return params
-
-        def rises(one: lmfit.Parameter, errors: float) -> bool:
-            found = self.solve(self.shifted(held(one, errors)), 1e-6)
+            params[one.name].set(value=value, vary=False)  # lmfit keeps it within its range
+            found = self.solve(self.shifted(params), 1e-6)
             return bool(found.chisqr - result.chisqr > coverage**2)
 
-        def end(one: lmfit.Parameter, far: float) -> float:
-            near = 0.0
-            while abs(far) < 10.0 * coverage and not rises(one, far):
+        def end(one: lmfit.Parameter, step: float) -> float:
+            near, far = 0.0, 1.0
+            while far < 10.0 and not rises(one, one.value + far * step):
                 near, far = far, 1.5 * far
             for _ in range(5):
                 middle = 0.5 * (near + far)
-                near, far = (near, middle) if rises(one, middle) else (middle, far)
-            return float(held(one, far)[one.name].value)
+                is_beyond = rises(one, one.value + middle * step)
+                near, far = (near, middle) if is_beyond else (middle, far)
+            return float(np.clip(one.value + far * step, one.min, one.max))
 
         free = [result.params[name] for name in self.names if name in result.var_names]
-        return {one.name: (end(one, -coverage), end(one, coverage)) for one in free}
+        return {
+            one.name: (end(one, -coverage * one.stderr), end(one, coverage * one.stderr))
+            for one in free
+        }
 
-    def chance_of_one_stiffness(self, result: Any) -> float:
-        """The probability that stiffnesses of several curves differ as much by chance.
-
-        By the fall of χ², linearly, if each curve had its own.
-        """
+    def curves_differ(self, result: Any) -> bool:
+        """Whether χ² would fall by more than noise, linearly, if each curve had its own k."""
         if len(self.data.curves) < 2 or "k" not in result.var_names:
-            return 1.0
+            return False
         slopes = self.split(result.jac[:, result.var_names.index("k")])
         own = [
             np.concatenate([rows * (part == curve) for part, rows in slopes.items()])
             for curve in [*self.data.curves][1:]
         ]
-        every = np.column_stack([result.jac, *own])
-        every /= np.linalg.norm(every, axis=0)
-        left = result.residual - every @ np.linalg.lstsq(every, result.residual)[0]
-        return chance_of(result.chisqr - float(left @ left), len(own))
+        (least,) = np.linalg.lstsq(np.column_stack([result.jac, *own]), result.residual)[1]
+        return bool(result.chisqr - least > chdtri(len(own), 0.05))
 
 
 def at_limits(result: Any) -> dict[str, Estimate]:
@@ -311,29 +308,17 @@ def at_limits(result: Any) -> dict[str, Estimate]:
     steps = -result.covar @ (result.jac.T @ result.residual)
     for name, step, variance in zip(result.var_names, steps, result.covar.diagonal()):
         one = result.params[name]
-        for limit, inward in ((one.min, 1.0), (one.max, -1.0)):
-            if math.isfinite(limit) and abs(one.value - limit) <= step_of(name, limit):
-                # χ² is a parabola whose minimum lies beyond the limit.
-                beyond = min(inward * step, 0.0)
-                far = beyond + math.sqrt(beyond**2 + _ONE_SIDED * variance)
-                low, high = sorted((limit, float(limit + inward * far)))
-                found[name] = Estimate(limit, None, (low, high), limit)
+        near_low = one.value - one.min < one.max - one.value
+        limit, inward = (one.min, 1.0) if near_low else (one.max, -1.0)
+        if abs(one.value - limit) <= step_of(name, one.value):
+            # χ² is a parabola whose minimum lies beyond the limit.
+            beyond = min(inward * step, 0.0)
+            far = beyond + math.sqrt(beyond**2 + _ONE_SIDED * variance)
+            low, high = sorted((limit, float(limit + inward * far)))
+            found[name] = Estimate(limit, None, (low, high), limit)
     return found
-
-
-def title_of(exponent: float | None) -> str:
-    """The name of law 2 with this exponent; None if it is free."""
-    if exponent is None:
-        return "power law, n free"
-    known = {1.0: "Kelvin–Voigt", 1.5: "Tsuji, n = 1.5"}
-    return known.get(exponent, f"power law, n = {exponent:g}")
 
 
 def enlargement(r: float) -> float:
     """Of standard errors by a lag-1 autocorrelation."""
     return math.sqrt((1.0 + r) / (1.0 - r))
-
-
-def chance_of(square: float, freedom: int) -> float:
-    """Probability of a larger χ² with these degrees of freedom."""
-    return float(chdtrc(freedom, max(square, 0.0)))

@@ -19,21 +19,36 @@ from golf_impact.data.quantities import (
 )
 from golf_impact.data.units import unit_of
 from golf_impact.studies.calibrate.fit import Estimate, enlargement
-from golf_impact.studies.calibrate.measurements import BASELINES, DEFAULT_SIGMA, IMPACT, TARGETS
+from golf_impact.studies.calibrate.measurements import (
+    BASELINES,
+    DEFAULT_SIGMA,
+    IMPACT,
+    TARGETS,
+    Measurements,
+)
+
+#: Club speeds of the predictions, m/s.
+SPEEDS = np.array([30.0, 40.0, 50.0])
 
 #: What is worth a sentence: a χ² that law and σ exceed less often, an AIC lower by this.
 _UNLIKELY, _BETTER = 0.01, 2.0
-
-#: A χ² below this is rounding, and what a calibration of as many targets as parameters leaves.
-_EXACT = 1e-4
 
 #: Title, columns, rows of text.
 Table = tuple[str, list[str], list[list[str]]]
 
 
-def describe_impact(impact: Mapping[str, float]) -> str:
+def describe_impact(data: Measurements) -> str:
     """The impact in which scalars or a curve were measured."""
-    return "{club_speed:g} m/s, club {m_club:g} kg, ball {m_ball:g} kg".format(**impact)
+    if len(data.curves) > 1:
+        return f"{len(data.curves)} curves"
+    if not data.curves and not data.scalars.measured:
+        return "COR over speed"
+    return "{club_speed:g} m/s, club {m_club:g} kg, ball {m_ball:g} kg".format(**data.impact)
+
+
+def describe_chi_squared(fit: Any) -> str:
+    """Less than 1e-4 is rounding."""
+    return f"χ² = {round(fit.chi_squared, 4):.4g}, degrees of freedom {fit.degrees_of_freedom}"
 
 
 def describe_limits(parameters: Mapping[str, Estimate]) -> dict[str, str]:
@@ -57,7 +72,7 @@ def sentences(fit: Any) -> list[str]:
     for name, series in data.series.items():
         words += [f"{series.name}: {note}." for note in series.notes]
         if name in data.curves:
-            words.append(f"{series.name}: {_baseline(series, fit.curves[name])}.")
+            words.append(f"{series.name}: baseline {BASELINES[len(series.baseline)]}.")
         if series.step > 0.01 * series.signal.max():
             words.append(f"{series.name} is resolved in steps of {series.step:.3g} N.")
         if name in data.estimated:
@@ -68,74 +83,57 @@ def sentences(fit: Any) -> list[str]:
             "k is undetermined: COR doesn't depend on it, so force, contact time and compression "
             "don't follow; measure --curve or --measured contact_time=…."
         )
-    square = f"χ² = {_chi(fit.chi_squared)} with {fit.degrees_of_freedom} degrees of freedom"
-    if fit.probability is not None and fit.probability < _UNLIKELY:
+    square = describe_chi_squared(fit)
+    if fit.degrees_of_freedom <= 0:
+        words.append(f"{square}: no more targets than parameters, so χ² doesn't test the law.")
+    elif fit.probability is not None and fit.probability < _UNLIKELY:
         why = "the law is wrong, σ is too small, or measurements contradict each other"
         words.append(f"This law doesn't fit: {square} (probability {fit.probability:.1g}); {why}.")
     elif fit.probability is not None:
         chance = f"(probability of a larger one: {fit.probability:.2g})"
         words.append(f"{square} is compatible with law and σ {chance}.")
-    elif fit.degrees_of_freedom <= 0:
-        met = "meets them exactly, so χ² doesn't test the law"
-        if fit.chi_squared > _EXACT:
-            met = f"can't meet them together ({square}) and comes as near as it can"
-        words.append(f"No more targets than parameters: {fit.title} {met}.")
+    advice = "" if fit.exponent is None else " Try --exponent free."
     for name, r in fit.row_correlations.items():
         errors = f"enlarged by {enlargement(r):.2g}" if name in data.estimated else "too small"
         words.append(
             f"Residuals of the {name} are correlated ({r:.2f}): the law misses its shape, or the "
-            f"noise is correlated; standard errors are {errors}."
-            + " Try --exponent free."
-            * (fit.exponent is not None)
+            f"noise is correlated; standard errors are {errors}.{advice}"
         )
-    if (chance := fit.chance_of_one_stiffness) < 0.05:
+    if fit.curves_differ:
         words.append(
-            "The curves differ by more than noise in k (probability below "
-            f"{1 if chance < 0.01 else 5} %; club speeds and masses count as exact)."
+            "The curves differ by more than noise in k (probability below 5 %; club speeds and "
+            "masses count as exact)."
         )
     if other := fit.linear:
         values = [f"{name} = {found.value:.4g}" for name, found in other.parameters.items()]
         if sizes := [f"{other.rms[name]:.4g}" for name in data.curves]:
             values.append(f"rms residual {', '.join(sizes)} N")
-        lower, rank = round(fit.aic - other.aic, 2), ""
-        if not fit.is_exact:  # nothing is ranked by rounding
-            rank = f"; AIC {'lower' if lower > 0.0 else 'higher'} by {abs(lower):.4g}"
-            rank += ": it describes these measurements better" * (lower > _BETTER)
-        words.append(f"With n = 1 instead: {', '.join(values)}{rank}.")
+        lower = fit.aic - other.aic
+        if abs(lower) > 0.01:  # nothing is ranked by rounding
+            values.append(f"AIC {'lower' if lower > 0.0 else 'higher'} by {abs(lower):.4g}")
+        better = ": it describes these measurements better" * (lower > _BETTER)
+        words.append(f"With n = 1 instead: {', '.join(values)}{better}.")
     names = [*fit.parameters]
     pairs = [
-        f"C({names[m]}, {names[n]}) = {fit.correlations[m, n]:.2f}".replace("-", "−")
+        f"C({names[m]}, {names[n]}) = {fit.correlations[m, n]:.2f}"
         for m, n in combinations(range(len(names)), 2)
         if fit.correlations[m, n]
     ]
     return [*words, f"Correlations: {', '.join(pairs)}."] if pairs else words
 
 
-def _baseline(curve: Any, found: Mapping[str, Estimate]) -> str:
-    """What is subtracted from a curve."""
-    kind, length = BASELINES[len(curve.baseline)], curve.x[-1] - curve.x[0]
-    if "offset" not in found:
-        return f"baseline {kind}, nothing is subtracted"
-    offset = f"baseline {kind}, an offset of {format_with_error(*found['offset'][:2])} N"
-    if "drift" not in found:
-        return f"{offset} is subtracted"
-    drift = format_with_error(*(length * one for one in found["drift"][:2]))
-    return f"{offset} and a drift of {drift} N over the record are subtracted"
-
-
 def tables(fit: Any) -> list[Table]:
     """Parameters, measurements and predictions; none is empty."""
     data = fit.data
-    square = f"χ² = {_chi(fit.chi_squared)}, degrees of freedom {fit.degrees_of_freedom}"
-    at = f"{len(data.curves)} curves" if len(data.curves) > 1 else describe_impact(data.impact)
-    if not data.curves and not data.scalars.measured:
-        at = "COR over speed"
     labels = [QUANTITIES[name].label for name in fit.predictions]
-    columns = ["", "measured", "σ", "model", "residual (σ)"]
     predicted = "Predictions with 95 % intervals, if the law holds"
     found: list[Table] = [
         (f"{fit.title} (law 2)", ["", "value ± standard error", "95 % interval"], _found(fit)),
-        (f"Measurements, {at}: {square}", columns, _measured(fit)),
+        (
+            f"Measurements, {describe_impact(data)}: {describe_chi_squared(fit)}",
+            ["", "measured", "σ", "model", "residual (σ)"],
+            _measured(fit),
+        ),
         (predicted, ["club speed (m/s)", *labels, ""], _predicted(fit)),
     ]
     return [table for table in found if table[2]]
@@ -144,8 +142,7 @@ def tables(fit: Any) -> list[Table]:
 def _found(fit: Any) -> list[list[str]]:
     found, rows = dict(fit.parameters), []
     for curve, own in fit.curves.items():
-        number = curve.removeprefix("curve")
-        found |= {("touch_time" if of == "touch" else of) + number: own[of] for of in own}
+        found |= {of + curve.removeprefix("curve"): one for of, one in own.items()}
     for name, (value, error, ends, _) in found.items():
         one, text = _quantity(name), f"{value:.6g} (at its limit)"
         if error is not None:
@@ -179,7 +176,7 @@ def _predicted(fit: Any) -> list[list[str]]:
     rows, line = [], fit.data.cor_speeds
     measured = [one.impact["club_speed"] for one in fit.data.curves.values()]
     measured = measured or [fit.data.impact["club_speed"]]
-    for speed, *found in zip(fit.speeds, *(zip(*one) for one in fit.predictions.values())):
+    for speed, *found in zip(SPEEDS, *(zip(*one) for one in fit.predictions.values())):
         texts, words = [], ""
         for value, low, high in found:
             text = format_with_error(value, high - value)
@@ -196,31 +193,33 @@ def _predicted(fit: Any) -> list[list[str]]:
 
 def as_json(fit: Any) -> dict[str, Any]:
     """All of it, for calibrate.json (SI units); null where something isn't defined."""
-    data = fit.data
+    data, alike = fit.data, ("predicted", "chi_squared", "degrees_of_freedom", "probability", "aic")
     series: dict[str, dict[str, Any]] = {}
     for name, one in data.series.items():
         sigma = {"sigma": float(fit.sigma[name].mean()), "sigma_given": one.sigma is not None}
-        series[name] = {"name": one.name, "rows": len(one.y), **sigma}
+        series[name] = {"name": one.name, "rows": len(one.y), **sigma, "rms": fit.rms[name]}
         if name in data.curves:
-            own = {of: found.as_json() for of, found in fit.curves[name].items()}
-            series[name] |= {"conditions": dict(one.impact), "touch_time": own.pop("touch")}
-            series[name] |= {"baseline": BASELINES[len(one.baseline)], **own}
-    predictions: list[dict[str, Any]] = [{"club_speed": v} for v in fit.speeds.tolist()]
+            own = {of: found._asdict() for of, found in fit.curves[name].items()}
+            kind = BASELINES[len(one.baseline)]
+            series[name] |= {"conditions": dict(one.impact), "baseline": kind, **own}
+    predictions: list[dict[str, Any]] = [{"club_speed": v} for v in SPEEDS.tolist()]
     for name, interval in fit.predictions.items():
         for row, *ends in zip(predictions, *(part.tolist() for part in interval)):
             row[name] = dict(zip(interval._fields, ends))
     return {
         "version": VERSION,
         "command": fit.command,
+        "title": fit.title,
+        "exponent": fit.values.get("exponent"),
         "conditions": {name: fit.values[name] for name in IMPACT},
-        **_numbers(fit),
-        "touch_time": series["curve"]["touch_time"] if data.curves else None,
+        "parameters": {name: one._asdict() for name, one in fit.parameters.items()},
+        "covariance": fit.covariance.tolist(),
+        "correlations": fit.correlations.tolist(),
+        **{name: getattr(fit, name) for name in alike},
         "targets": _targets(fit),
         "series": series,
         "predictions": predictions,
         "notes": sentences(fit),
-        "comparison": [_numbers(one) for one in (fit.linear, fit) if fit.linear],
-        "chance_of_one_stiffness": fit.chance_of_one_stiffness,
     }
 
 
@@ -234,28 +233,9 @@ def _targets(fit: Any) -> list[dict[str, Any]]:
     ]
 
 
-def _numbers(fit: Any) -> dict[str, Any]:
-    """The part of calibrate.json that every fit has."""
-    names = ("predicted", "chi_squared", "degrees_of_freedom", "probability", "aic", "rms")
-    return {
-        "title": fit.title,
-        "law": 2,
-        "exponent": fit.values.get("exponent"),
-        "parameters": {name: one.as_json() for name, one in fit.parameters.items()},
-        "covariance": fit.covariance.tolist(),
-        "correlations": fit.correlations.tolist(),
-        **{name: getattr(fit, name) for name in names},
-    }
-
-
 def _quantity(name: str) -> Quantity:
     """How a parameter is printed, also one of a curve, such as offset_2."""
     if name.startswith("touch"):
         return Quantity(name, unit="µs", factor=1e6)
     of_curve = {"offset": "N", "drift": "N/s"}
     return Quantity(name, unit=of_curve.get(name.partition("_")[0]) or format_unit(unit_of(name)))
-
-
-def _chi(square: float) -> str:
-    """χ² in text; what is left of an exact fit is rounding."""
-    return f"{square:.4g}" if square >= _EXACT else "0"
