@@ -57,7 +57,6 @@ _HEADERS = {
     3: ("fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h"),
 }
 
-
 #: Parts of a universal file begin at pages, which arm64 has of 2^14 bytes.
 _ALIGNMENT = 14
 _PAGE = 1 << _ALIGNMENT
@@ -67,7 +66,7 @@ class Target(NamedTuple):
     """A platform.
 
     Attributes:
-        machine: system and processor, as Python's `platform` has them.
+        machine: system and processor by their usual names, as in `this_machine`.
         zig: its name for zig.
         suffix: of a library.
         folders: of the binaries in an FMU, by version of FMI.
@@ -78,20 +77,14 @@ class Target(NamedTuple):
     suffix: str
     folders: dict[int, str]
 
-    @property
-    def words(self) -> str:
-        """The machine by its usual names."""
-        words = {"Darwin": "macOS", "AMD64": "x86_64", "arm64": "aarch64"}
-        return " ".join(words.get(word, word) for word in self.machine.split())
-
 
 #: In FMI 2.0 the two for macOS are one universal file.
 TARGETS = (
     Target("Linux x86_64", "x86_64-linux-gnu.2.17", ".so", {2: "linux64", 3: "x86_64-linux"}),
     Target("Linux aarch64", "aarch64-linux-gnu.2.17", ".so", {3: "aarch64-linux"}),
-    Target("Windows AMD64", "x86_64-windows-gnu", ".dll", {2: "win64", 3: "x86_64-windows"}),
-    Target("Darwin x86_64", "x86_64-macos.11.0", ".dylib", {2: "darwin64", 3: "x86_64-darwin"}),
-    Target("Darwin arm64", "aarch64-macos.11.0", ".dylib", {2: "darwin64", 3: "aarch64-darwin"}),
+    Target("Windows x86_64", "x86_64-windows-gnu", ".dll", {2: "win64", 3: "x86_64-windows"}),
+    Target("macOS x86_64", "x86_64-macos.11.0", ".dylib", {2: "darwin64", 3: "x86_64-darwin"}),
+    Target("macOS aarch64", "aarch64-macos.11.0", ".dylib", {2: "darwin64", 3: "aarch64-darwin"}),
 )
 
 #: Licences of what zig links into libraries for Windows beside the FMU's own code.
@@ -103,8 +96,9 @@ _NOTICES = {
 
 
 def this_machine() -> str:
-    """System and processor, as in `binaries_of`."""
-    return f"{platform.system()} {platform.machine()}"
+    """System and processor, by names that `platform` doesn't always have."""
+    names = {"Darwin": "macOS", "AMD64": "x86_64", "arm64": "aarch64"}
+    return " ".join(names.get(one, one) for one in (platform.system(), platform.machine()))
 
 
 def binaries_of(files: Mapping[str, bytes]) -> set[str]:
@@ -152,7 +146,7 @@ class NativeBuilder(Builder):
         if fmi == 3:
             description = HERE / "contents" / "buildDescription.xml"
             made["sources/buildDescription.xml"] = description.read_bytes()
-        made |= self.documents([target.words for target in targets])
+        made |= self.documents([target.machine for target in targets])
         libraries: dict[str, list[bytes]] = {}
         with ThreadPoolExecutor() as pool:
             images = pool.map(lambda target: _library(target, sources, model), targets)

@@ -52,6 +52,7 @@ def test_an_output_without_a_function(tmp_path):
 
 @pytest.mark.ci
 def test_the_system_beside_it(tmp_path, files):
+    """The same sources give the same bytes."""
     done = golf_here("build", "--system", "--out", tmp_path / "x.fmu", code=0)
     names = {"x.fmu", *(file.name for file in files)}
     assert {Path(line).name for line in done.stdout.split()} == names

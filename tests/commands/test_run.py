@@ -157,19 +157,6 @@ def test_a_script_run_by_python(tmp_path):
 # Cases of one's own
 
 
-def test_a_case_of_ones_own(tmp_path):
-    """Its numbers, of a file's values with units; in the report its main result comes first."""
-    (tmp_path / "mine.toml").write_text(
-        'law = 2\nk = "770 N/mm"\nb = 30\n[conditions]\nclub_speed = "144 km/h"\n'
-    )
-    golf_here("run", "--ball", "mine.toml", "--out", ".", cwd=tmp_path, code=0)
-    case = json.loads((tmp_path / "mine_results.json").read_text())["mine"]["mine"]
-    direct = golf_impact.run_impact(law=2, k=7.7e5, b=30.0, club_speed=40.0)
-    assert case["max_force"] == direct["max_force"]
-    page = (tmp_path / "mine_report.html").read_text("utf-8")
-    assert page.index("1.4519") < page.index("<img") < page.index("<table")
-
-
 def test_numbers_beside_the_outputs():
     """By hand, of velocities."""
     given = {"m_club": 0.2, "m_ball": 0.05, "club_speed": 30.0, "ball_speed": -10.0}

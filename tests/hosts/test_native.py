@@ -58,7 +58,7 @@ def test_what_a_build_contains(request, for_all, fmi):
     file = for_all(fmi)
     assert file.stat().st_size < 1e6
     files = unpack(file)
-    machines = {"Linux x86_64", "Windows AMD64", "Darwin x86_64", "Darwin arm64"}
+    machines = {"Linux x86_64", "Windows x86_64", "macOS x86_64", "macOS aarch64"}
     assert native.binaries_of(files) == machines | ({"Linux aarch64"} if fmi == 3 else set())
     if fmi == 3:
         # In FMI 2.0 it is where fmpy looks for it.
