@@ -126,7 +126,7 @@ def run_here(fmu: Path) -> tuple[dict[str, float], dict[str, float]]:
 
 
 def step(path: str) -> dict[str, float]:
-    """Outputs of an FMU after a step of 5 ms by name (SI units): S and COR, or the first one."""
+    """Outputs of an FMU after a step of 5 ms by name (SI units): S and COR, or another one."""
     end = fmpy.simulate_fmu(path, stop_time=5e-3, output_interval=5e-3)[-1]
     _, *outputs = end.dtype.names
     shown = ("smash_factor", "coefficient_of_restitution")
