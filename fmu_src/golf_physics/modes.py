@@ -107,6 +107,13 @@ class FmiComponent:
         self._mode = TERMINATED
         self._size = nan
 
+    def set_values(self, references: list[int], values: list[Any], type_: str = "Real") -> None:
+        """Set inputs and parameters that the host takes for this type; refused ones keep theirs."""
+        for reference, value in zip(references, values):
+            row = self._accepted(reference, value, type_)
+            if row is not None:
+                self._store(row, value)
+
     def _accepted(self, reference: int, value: Any, type_: str) -> Variable | None:
         """The input or parameter that may be set to this value; None: it is refused."""
         row = self._rows.get((type_, reference))
@@ -123,9 +130,14 @@ class FmiComponent:
         ):
             self._refuse(refusal("FIXED", row.name, value, now=now))
         else:
-            self._corrected(row.name)
+            if self._refused:
+                self._corrected(row.name)
             return row
         return None
+
+    def _store(self, row: Variable, value: Any) -> None:
+        """Set an input or parameter."""
+        raise NotImplementedError
 
     def _value(self, row: Variable) -> Any:
         """Of an input or parameter."""
@@ -146,8 +158,7 @@ class FmiComponent:
         self._report(problem)
 
     def _corrected(self, name: str) -> None:
-        if name in self._refused:
-            self._refused = {other: one for other, one in self._refused.items() if other != name}
+        self._refused = {other: one for other, one in self._refused.items() if other != name}
 
     def _refuse_call(self, rule: str, variable: str = "", value: Any = None, **words: Any) -> None:
         problem = refusal(rule, variable, value, **words)

@@ -37,12 +37,8 @@ class Companion(FmiComponent):
             zero = 0.0 if row.type == "Real" else False
             setattr(self, row.name, zero if row.start is None else row.start)
 
-    def set_values(self, references: list[int], values: list[Any], type_: str = "Real") -> None:
-        """Set inputs and parameters that the host takes for this type; refused ones keep theirs."""
-        for reference, value in zip(references, values):
-            row = self._accepted(reference, value, type_)
-            if row is not None:
-                setattr(self, row.name, value)
+    def _store(self, row: Variable, value: Any) -> None:
+        setattr(self, row.name, value)
 
     def _value(self, row: Variable) -> Any:
         return getattr(self, row.name)

@@ -20,16 +20,6 @@ from .outputs import PLACES, reading
 from .state import Snapshot, packed, unpacked
 
 _START_VALUES = tuple(row.start for row in SETTABLE.values())
-#: Of inputs by reference: the place among the values, and the least and largest value allowed.
-_INPUTS = {
-    reference: (place, row.low, row.high)
-    for place, (reference, row) in enumerate(SETTABLE.items())
-    if row.causality == "input"
-}
-
-#: No value lies between these bounds.
-_NO_INPUT = 0, inf, -inf
-
 #: Next to touch and separation (relative) force and compression may be all rounding error.
 _CLOSE = 1e-12
 
@@ -152,10 +142,9 @@ class Component(FmiComponent):
                 return not_computed(error)
             if touch is None or touch.instant[0] >= instant[0]:
                 origin = point - instant[0]
-        values, inputs, impact = self.values, self._inputs, self._impact
-        k, b, club_speed, club_force = values[0], values[1], values[2], values[3]
-        if k != inputs[0] or b != inputs[1] or club_speed != inputs[2] or club_force != inputs[3]:
-            inputs = new(Inputs, (k, b, club_speed, club_force))
+        impact, inputs, given = self._impact, self._inputs, tuple(self.values[:INPUTS])
+        if given != inputs:
+            inputs = new(Inputs, given)
             problem = conflict(impact.parameters, inputs)
             if problem is not None:
                 return problem
@@ -163,9 +152,10 @@ class Component(FmiComponent):
                 impact = self._changed(inputs)
             except (ArithmeticError, ValueError) as error:
                 why = error if type(error) is ArithmeticError else not_computed(error)
+                k, b, *_ = inputs
                 return refusal("CHANGE_REFUSED", "k", k, k=k, b=b, why=why)
         p, check_every_step = impact.parameters, False
-        if impact.touch is None and (p.restitution_at_rest or club_force):
+        if impact.touch is None and (p.restitution_at_rest or inputs.club_force):
             problem = LAWS[p.law].refusal_of_touch(p, inputs)
             check_every_step = problem is not None
             left = impact.duration - impact.elapsed(instant)
@@ -194,26 +184,14 @@ class Component(FmiComponent):
             return impact if same else impact.with_speed(club_speed, instant)
         return self.impact().changed(inputs, instant)
 
-    def set_values(self, references: list[int], values: list[Any], type_: str = "Real") -> None:
-        """Set inputs and parameters that the host takes for this type; refused ones keep theirs."""
-        for reference, value in zip(references, values):
-            # Inputs first: a host may set them at every step.
-            place, low, high = _INPUTS.get(reference, _NO_INPUT)
-            if not (
-                type_ == "Real"
-                and low <= value <= high
-                and self._mode <= STEPPING
-                and not self._refused
-            ):
-                if self._accepted(reference, value, type_) is None:
-                    continue
-                place = PLACES[reference]
-            if value == self.values[place]:
-                continue
-            self.values[place] = value
-            self._size = nan
-            if self._mode < STEPPING:
-                self._run(None, None, START, 0.0)
+    def _store(self, row: Variable, value: Any) -> None:
+        place = PLACES[row.reference]
+        if value == self.values[place]:
+            return
+        self.values[place] = value
+        self._size = nan
+        if self._mode < STEPPING:
+            self._run(None, None, START, 0.0)
 
     def _value(self, row: Variable) -> Any:
         return self.values[PLACES[row.reference]]
@@ -223,22 +201,16 @@ class Component(FmiComponent):
         if references != self._requested:
             self._requested, self._pick = reading(tuple(references), "Real")
         pick = self._pick
-        if pick is None:
-            return self.state()
-        try:
-            return pick(self)
-        except (ArithmeticError, ValueError) as error:
-            self._report(not_computed(error))
-            return [nan] * len(references)
+        return self.state() if pick is None else pick(self)
 
     def discretes(self, references: list[int], type_: str) -> list[Any]:
         """Values of variables of another type ("Enumeration", "Boolean")."""
-        _, pick = reading(tuple(references), type_)
-        try:
-            return pick(self)
-        except (ArithmeticError, ValueError) as error:
-            self._report(not_computed(error))
-            return [0] * len(references)
+        values: list[Any] = reading(tuple(references), type_)[1](self)
+        return values
+
+    def report_failure(self, error: Exception) -> None:
+        """Why values that are read can't be computed."""
+        self._report(not_computed(error))
 
     def impact(self) -> Any:
         """The impact at the present instant, for outputs.
@@ -277,7 +249,7 @@ class Component(FmiComponent):
             else:
                 self._now = impact.state(self.instant())
         except (ArithmeticError, ValueError) as error:
-            self._report(not_computed(error))
+            self.report_failure(error)
             self._now = [nan] * len(MOTION)
         return self._now
 

@@ -11,7 +11,7 @@ form in σ; only t is an integral over σ.
 from itertools import pairwise
 from math import atan2, inf, pi, sqrt
 
-from ..numerics.chebyshev import NODES, ORDER, evaluate, interpolate
+from ..numerics.chebyshev import NODES, ORDER, dot, evaluate, interpolate
 from ..numerics.gauss import GAUSS_5
 from ..numerics.oscillator import Oscillator
 from ..values import Motion, Parameters, State
@@ -228,17 +228,13 @@ class PowerLawContact(ContactPhase):
             return scale * (motion.after(x, u, first)[1] - motion.after(x, u, last)[1])
         # ∫ F dt is ∫ (x + 2ζu) dσ up to a factor. Over a short time the rounding of σ cancels in
         # the quotient of that and of t = ∫ x^(-P) dσ (not smooth at x = 0, but σ is exact there).
-        drive, weights, compressions = 0.0, [], []
-        for at, weight in GAUSS_5:
-            compression, _, point_drive = motion.after(x, u, first + (0.5 + 0.5 * at) * span)
-            drive += 0.5 * weight * point_drive
-            weights.append(0.5 * weight)
-            compressions.append(compression)
+        weights = [0.5 * weight for _, weight in GAUSS_5]
+        sigmas = (first + (0.5 + 0.5 * node) * span for node, _ in GAUSS_5)
+        compressions, _, drives = zip(*(motion.after(x, u, sigma) for sigma in sigmas))
+        drive = dot(weights, drives)
         if max(compressions) >= 1.15 * min(compressions):
             return scale * drive * span
-        time = 0.0
-        for weight, compression in zip(weights, compressions):
-            time += weight * compression**-self._power
+        time = dot(weights, [compression**-self._power for compression in compressions])
         return scale * self._omega * width * drive / time
 
     def _sigma(self, t: float) -> float:

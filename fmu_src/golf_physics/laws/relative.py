@@ -18,6 +18,7 @@ from ..restitution import LEAST, damping_ratio
 from ..values import Inputs, Motion, Parameters, Refusal
 from .contact import ContactPhase
 from .law import Law, LinearLaw
+from .linear import linear_contact
 from .power_law import PowerLawContact
 
 
@@ -45,12 +46,13 @@ class RelativeLaw(LinearLaw):
         return 2.0 * zeta * mu * sqrt(0.5 * (p.exponent + 1.0) * (k / mu))
 
     def contact(self, p: Parameters, inputs: Inputs, start: Motion) -> ContactPhase:
+        k, b, _, club_force = inputs
         if p.exponent == 1.0:
-            return super().contact(p, inputs, start)
-        if inputs.club_force:
-            # In the scaled time it is a power of x, without a closed form.
-            return Law.contact(self, p, inputs, start)
-        return PowerLawContact(p, inputs.k, inputs.b, start)
+            return linear_contact(k, b, 0.0, p.m_club, p.m_ball, start, club_force)
+        if not club_force:
+            return PowerLawContact(p, k, b, start)
+        # In the scaled time it is a power of x, without a closed form.
+        return Law.contact(self, p, inputs, start)
 
     def damper(self, b: float) -> float:
         return b
