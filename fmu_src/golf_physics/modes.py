@@ -34,8 +34,6 @@ _MOST_ILLEGAL = 8
 class FmiComponent:
     """An instance with modes; `report` is called with a `Refusal` whenever something is refused."""
 
-    __slots__ = ("_illegal", "_mode", "_point_is_free", "_refused", "_report", "_size", "point")
-
     #: The variables by type and value reference.
     _rows: Mapping[tuple[str, int], Variable]
 

@@ -153,14 +153,11 @@ static void preview(Component *c)
 
 static void component_reset(Component *c)
 {
-    Report report_to = c->report;
-    void *context = c->context;
     int is_solved = c->is.is_solved;
-    memset(c, 0, sizeof *c);
+    memset(&c->is, 0, sizeof c->is);
     for (int n = 0; n < SETTABLE; n++) c->is.values[n] = TABLE[n].start;
-    c->report = report_to;
-    c->context = context;
     c->is.is_solved = is_solved;
+    c->point_is_free = c->check_every_step = c->has_failed = c->has_state = 0;
     c->size = NAN;
 }
 
@@ -275,11 +272,14 @@ static Impact *present(Component *c)
     return &c->is.impact;
 }
 
-/* All refusals that speak against a step; those of illegal calls are gone with that. */
+/* All refusals that speak against going on, in the list; how many. Those of illegal calls are gone with
+   that. */
 static int take_refusals(Component *c, Refusal list[])
 {
     Snapshot *is = &c->is;
-    int count = is->refused_count + is->illegal_count;
+    int count = is->mode == START_REFUSED ? start_run(c, list) : 0;
+    if (count || is->mode != STEPPING) return count;
+    count = is->refused_count + is->illegal_count;
     memcpy(list, is->refused, (size_t)is->refused_count * sizeof *list);
     memcpy(list + is->refused_count, is->illegal, (size_t)is->illegal_count * sizeof *list);
     is->illegal_count = 0;
@@ -290,13 +290,12 @@ static int take_refusals(Component *c, Refusal list[])
 static int may_step(Component *c)
 {
     Refusal list[SETTABLE + 1 + MOST_ILLEGAL];
-    int count = c->is.mode == START_REFUSED ? start_run(c, list) : 0;
+    int count = take_refusals(c, list);
     if (!count && c->is.mode != STEPPING) {
         Reason reason = c->is.mode == TERMINATED ? STEP_AFTER_END : STEP_BEFORE_START;
         report_one(c, refusal(reason, 0.0, 0.0));
         return 0;
     }
-    if (!count) count = take_refusals(c, list);
     if (count) report(c, list, count, UNTIL_CORRECTED);
     return !count;
 }
@@ -363,10 +362,8 @@ static Refusal change(const Component *c, Inputs inputs, Impact *changed, int *i
     if (why.reason) return why;
     impact_copy(changed, &is->impact);
     int effect = change_inputs(changed, &is->parameters, is->inputs, inputs, instant_now(c));
-    if (effect == NOT_COMPUTED) {
-        Failure failure = contact_failure(&changed->contact);
-        return refusal_of_failure(failure, CHANGE_REFUSED, inputs.k, inputs.b);
-    }
+    if (effect == NOT_COMPUTED)
+        return preventing(contact_failure(&changed->contact), CHANGE_REFUSED, inputs.k, inputs.b);
     *is_another = effect || changed->phase != is->first_phase || changed->phase == APPROACH;
     return ACCEPTED;
 }

@@ -106,11 +106,10 @@ static double contact_impulse(Contact *c, double begin, double width)
 }
 
 /* Why the contact can't be computed any further; the reason is FINE if it can. */
-static Failure contact_failure(const Contact *c)
+static Refusal contact_failure(const Contact *c)
 {
-    static const Failure none = {FINE, {0.0, 0.0, 0.0}};
     if (c->kind == INTEGRATED) return c->as.integrated.failure;
-    return c->kind == LINEAR ? c->as.linear.contact.failure : none;
+    return c->kind == LINEAR ? c->as.linear.contact.failure : ACCEPTED;
 }
 
 /* Evaluate another piece, if the end isn't known yet; whether the duration has grown. */

@@ -74,11 +74,34 @@ typedef struct {
     double value, when;
 } Peak;
 
-/* Why a contact can't be computed, and the numbers of the sentence. */
+/* Why a value, a call or a contact is refused: the place of the variable to be corrected in the table
+   (SETTABLE: none, or the start time), and the numbers of the sentence. */
 typedef struct {
     Reason reason;
-    double numbers[3];
-} Failure;
+    int place;
+    Type type;
+    double numbers[7];
+    /* What a contact that can't be computed prevents: the sentence on that, with the last numbers. */
+    Reason prevented;
+} Refusal;
+
+static const Refusal ACCEPTED = {FINE, 0, REAL, {0.0}, FINE};
+
+/* The place of a variable in the table; -1: there is none with this value reference. */
+static int place_of(uint32_t reference)
+{
+    return reference < sizeof PLACES ? PLACES[reference] : -1;
+}
+
+static Refusal refusal(Reason reason, double a, double b)
+{
+    return (Refusal){reason, SETTABLE, REAL, {a, b}, FINE};
+}
+
+static Refusal refusal_of(uint32_t reference, Reason reason, double a, double b)
+{
+    return (Refusal){reason, place_of(reference), REAL, {a, b}, FINE};
+}
 
 static double larger(double a, double b) { return b > a ? b : a; }
 static double smaller(double a, double b) { return b < a ? b : a; }

@@ -301,7 +301,7 @@ static int change_contact(Impact *i, const Parameters *p, Inputs inputs, Instant
         && acting.club_force == i->acting.club_force)
         return 0;
     if (acting.club_force) {
-        Failure why = failure_of_push(p, acting, approach_speed);
+        Refusal why = refusal_of_push(p, acting, approach_speed);
         if (why.reason) {
             i->contact.kind = LINEAR;
             i->contact.as.linear.contact.failure = why;

@@ -38,7 +38,7 @@ static double law_damping(const Parameters *p, double k, double b, double closin
 
 /* Why a contact is refused beside the force on the club head: that leaves few digits for this approach
    speed. */
-static Failure failure_of_push(const Parameters *p, Inputs inputs, double closing)
+static Refusal refusal_of_push(const Parameters *p, Inputs inputs, double closing)
 {
     double n = p->exponent, d_r = p->reference_compression, force = inputs.club_force;
     double share = p->m_ball / (p->m_club + p->m_ball), rate = closing / d_r;
@@ -46,8 +46,8 @@ static Failure failure_of_push(const Parameters *p, Inputs inputs, double closin
     double power = 0.5 * (n + 1.0) * (p->m_club * share / inputs.k) * rate * rate;
     double contact_force = inputs.k * d_r * pow(power, n / (n + 1.0));
     double most = n == 1.0 ? MOST_PUSH : MOST_PUSH_OF_POWER_LAW;
-    if (share * fabs(force) <= most * contact_force) return (Failure){FINE, {0.0}};
-    return (Failure){LARGE_PUSH, {force, most, contact_force}};
+    if (share * fabs(force) <= most * contact_force) return ACCEPTED;
+    return (Refusal){LARGE_PUSH, place_of(VR_club_force), REAL, {force, most, contact_force}, FINE};
 }
 
 /* The coefficient of the closing speed in the force, N.s/m. */

@@ -464,10 +464,10 @@ static void zeros_begin(const Modes *given, Zeros *z, Newton row, int most, Zero
     z->point = angle;
 }
 
-static int next_zero(Failure *failure, Zeros *z, double *when, int *falls);
+static int next_zero(Refusal *failure, Zeros *z, double *when, int *falls);
 
 /* The next end of an interval; infinite if it is the last. */
-static double next_point(Failure *failure, Zeros *z)
+static double next_point(Refusal *failure, Zeros *z)
 {
     double t = z->point;
     int ignored;
@@ -485,7 +485,7 @@ static double next_point(Failure *failure, Zeros *z)
 }
 
 /* Whether there is another zero; when, and whether f falls there. */
-static int next_zero(Failure *failure, Zeros *z, double *when, int *falls)
+static int next_zero(Refusal *failure, Zeros *z, double *when, int *falls)
 {
     Newton row = z->row;
     const Modes *m = &z->modes;
@@ -506,7 +506,7 @@ static int next_zero(Failure *failure, Zeros *z, double *when, int *falls)
         if (!m->oscillates || z->is_over) continue;
         if (is_settled(m, row, high)) z->is_over = 1;
         else if (z->count == MOST_EXTREMA) {
-            *failure = (Failure){TOO_MANY_EXTREMA, {high, 0.0, 0.0}};
+            *failure = refusal(TOO_MANY_EXTREMA, high, 0.0);
             return 0;
         }
     }
@@ -522,7 +522,7 @@ typedef struct {
     Motion start;
     Modes modes;
     Newton force, d, w, v; /* v: of the centre of mass */
-    Failure failure;
+    Refusal failure;
 } LinearContact;
 
 /* Set the rows, from D, w and the mean velocity. */
@@ -640,7 +640,7 @@ static int linear_maxima(const LinearContact *o, Quantity quantity, double when[
     Newton row = quantity == FORCE ? o->force : o->d;
     /* Without drag the first is the largest; of equal ones rounding would choose. */
     int falls, count = 0, most = o->has_drag ? MAXIMA : 1;
-    Failure failure = {FINE, {0.0, 0.0, 0.0}};
+    Refusal failure = ACCEPTED;
     Zeros zeros;
     double t;
     zeros_begin(&o->modes, &zeros, slope_of(&o->modes, row), row.j ? MORE : FEW, NULL);

@@ -207,13 +207,12 @@ static Refusal handle_event(Component *c)
 static int update_solution(Component *c, int *must_stop)
 {
     Refusal list[SETTABLE + 1 + MOST_ILLEGAL];
-    int count = c->is.mode == START_REFUSED ? start_run(c, list) : 0;
+    int count = take_refusals(c, list);
     *must_stop = 0;
     if (!count && c->is.mode != STEPPING) {
         refuse_call(c, refusal(NO_EVENT, 0.0, 0.0));
         return 0;
     }
-    if (!count) count = take_refusals(c, list);
     if (!count) {
         list[0] = handle_event(c);
         count = list[0].reason != FINE;

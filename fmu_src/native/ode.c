@@ -25,7 +25,7 @@ typedef struct {
 typedef struct {
     double duration; /* s, as far as it is known; infinite if the bodies come to rest */
     int is_complete; /* whether the end is known */
-    Failure failure;
+    Refusal failure;
     Parameters p;
     double k, b, club_force, v_ball, x_ball;
     double last[QUANTITIES], width; /* where the next panel begins, and its width */
@@ -214,7 +214,7 @@ static int check_minimum(Integrated *o, const SolvedPanel *p, int place, double 
         *end = when;
         return 1;
     }
-    if (least <= GRAZING_LEFT * o->most[place]) o->failure = (Failure){UNDECIDED, {when}};
+    if (least <= GRAZING_LEFT * o->most[place]) o->failure = refusal(UNDECIDED, when, 0.0);
     return 0;
 }
 
@@ -233,7 +233,7 @@ static double end_on(Integrated *o, const SolvedPanel *p)
             double w = value_on(o, p, CLOSING, end);
             accelerations(o, value_on(o, p, FORCE, end), &closing, &ball);
             if (w * w < 2.0 * GRAZING_LEFT * closing * o->most[0])
-                o->failure = (Failure){UNDECIDED, {end}};
+                o->failure = refusal(UNDECIDED, end, 0.0);
             return end;
         }
         o->most[0] = larger(o->most[0], value_on(o, p, COMPRESSION, high));
@@ -280,12 +280,12 @@ static int integrated_extend(Integrated *o)
     double t = o->duration;
     if (o->is_complete || o->failure.reason) return 0;
     if (o->count == MOST_INTEGRATED) {
-        o->failure = (Failure){TOO_MANY_PANELS, {t}};
+        o->failure = refusal(TOO_MANY_PANELS, t, 0.0);
         return 0;
     }
     SolvedPanel p;
     if (!next_panel(o, t, &o->width, &p)) {
-        o->failure = (Failure){NO_NUMBERS, {t}};
+        o->failure = refusal(NO_NUMBERS, t, 0.0);
         return 0;
     }
     double end = end_on(o, &p);
@@ -337,7 +337,7 @@ static void integrated_begin(Integrated *o, const Parameters *p, Inputs inputs, 
     o->last[W] = start.closing;
     o->most[1] = integrated_force(o, start.compression, start.closing);
     if (!isfinite(o->most[1])) {
-        o->failure = (Failure){NOT_FINITE, {start.compression, start.closing, o->most[1]}};
+        o->failure = (Refusal){NOT_FINITE, SETTABLE, REAL, {start.compression, start.closing, o->most[1]}, FINE};
         return;
     }
     o->width = first_width(o);

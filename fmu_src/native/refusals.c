@@ -1,44 +1,17 @@
 /* Which values are refused together, and the sentences that say why: those of golf_physics/refusals.py. */
 
-/* Why a value, or a call, is refused: the place of the variable to be corrected in the table (SETTABLE:
-   none, or the start time), and the numbers of the sentence. */
-typedef struct {
-    Reason reason;
-    int place;
-    Type type;
-    double numbers[7];
-    /* What a contact that can't be computed prevents: the sentence on that, with the last numbers. */
-    Reason prevented;
-} Refusal;
-
-static const Refusal ACCEPTED = {FINE, 0, REAL, {0.0}, FINE};
-
-/* The place of a variable in the table; -1: there is none with this value reference. */
-static int place_of(uint32_t reference)
+/* With what this prevents, and two numbers of its sentence. */
+static Refusal preventing(Refusal why, Reason prevented, double a, double b)
 {
-    return reference < sizeof PLACES ? PLACES[reference] : -1;
-}
-
-static Refusal refusal(Reason reason, double a, double b)
-{
-    return (Refusal){reason, SETTABLE, REAL, {a, b}, FINE};
-}
-
-static Refusal refusal_of(uint32_t reference, Reason reason, double a, double b)
-{
-    return (Refusal){reason, place_of(reference), REAL, {a, b}, FINE};
-}
-
-/* Of what a failure prevents, with two numbers of its sentence. */
-static Refusal refusal_of_failure(Failure failure, Reason prevented, double a, double b)
-{
-    const double *n = failure.numbers;
-    return (Refusal){failure.reason, SETTABLE, REAL, {n[0], n[1], n[2], 0.0, 0.0, a, b}, prevented};
+    why.prevented = prevented;
+    why.numbers[5] = a;
+    why.numbers[6] = b;
+    return why;
 }
 
 static Refusal not_computed(const Impact *i)
 {
-    return refusal_of_failure(contact_failure(&i->contact), NOT_COMPUTABLE, 0.0, 0.0);
+    return preventing(contact_failure(&i->contact), NOT_COMPUTABLE, 0.0, 0.0);
 }
 
 /* VALUES */
@@ -68,12 +41,8 @@ static Refusal refusal_of_touch(const Parameters *p, Inputs inputs)
 {
     double closing = inputs.club_speed - p->ball_speed;
     double coefficient = p->restitution_at_rest - p->restitution_slope * closing;
-    if (!p->restitution_at_rest || (LEAST_RESTITUTION <= coefficient && coefficient <= 1.0)) {
-        Failure why = failure_of_push(p, inputs, closing);
-        const double *n = why.numbers;
-        if (!why.reason) return ACCEPTED;
-        return (Refusal){why.reason, place_of(VR_club_force), REAL, {n[0], n[1], n[2]}, FINE};
-    }
+    if (!p->restitution_at_rest || (LEAST_RESTITUTION <= coefficient && coefficient <= 1.0))
+        return refusal_of_push(p, inputs, closing);
     return (Refusal){TOUCH, place_of(VR_club_speed), REAL,
                      {inputs.club_speed, p->restitution_at_rest, p->restitution_slope, closing,
                       coefficient}, FINE};

@@ -36,12 +36,6 @@ def not_computed(error: Exception) -> Refusal:
 class Component(FmiComponent):
     """An instance of the impact."""
 
-    __slots__ = (
-        "_begun", "_check_every_step", "_count", "_counted", "_dense_output", "_impact", "_inputs",
-        "_instant", "_now", "_pick", "_present", "_requested", "last_step", "origin", "start_time",
-        "values",
-    )  # fmt: skip
-
     _rows = MappingProxyType({(row.type, row.reference): row for row in VARIABLES})
 
     def __init__(self, report: Callable[[Refusal], Any]) -> None:

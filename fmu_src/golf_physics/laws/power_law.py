@@ -22,6 +22,9 @@ from .contact import ContactPhase
 _CUTS_BELOW_CRITICAL = 0.385 * pi, 0.615 * pi
 _CUTS_ABOVE_CRITICAL = tuple(1.6**n for n in range(1, 16))
 
+#: Gauss's rule on (0, 1).
+_PLACES, _WEIGHTS = zip(*((0.5 + 0.5 * node, 0.5 * weight) for node, weight in GAUSS_5))
+
 #: A panel nearer than this many widths to a zero of x is expanded about that zero.
 _NEAR = 1.5
 
@@ -228,13 +231,12 @@ class PowerLawContact(ContactPhase):
             return scale * (motion.after(x, u, first)[1] - motion.after(x, u, last)[1])
         # ∫ F dt is ∫ (x + 2ζu) dσ up to a factor. Over a short time the rounding of σ cancels in
         # the quotient of that and of t = ∫ x^(-P) dσ (not smooth at x = 0, but σ is exact there).
-        weights = [0.5 * weight for _, weight in GAUSS_5]
-        sigmas = (first + (0.5 + 0.5 * node) * span for node, _ in GAUSS_5)
-        compressions, _, drives = zip(*(motion.after(x, u, sigma) for sigma in sigmas))
-        drive = dot(weights, drives)
+        points = [motion.after(x, u, first + place * span) for place in _PLACES]
+        compressions, _, drives = zip(*points)
+        drive = dot(_WEIGHTS, drives)
         if max(compressions) >= 1.15 * min(compressions):
             return scale * drive * span
-        time = dot(weights, [compression**-self._power for compression in compressions])
+        time = dot(_WEIGHTS, [compression**-self._power for compression in compressions])
         return scale * self._omega * width * drive / time
 
     def _sigma(self, t: float) -> float:

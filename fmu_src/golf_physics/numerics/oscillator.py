@@ -10,8 +10,6 @@ class Oscillator:
     rates λ₁ < λ₂ and Δ = λ₂ - λ₁ = 2Ω, exp(-λ₁σ)·(1, (1 - exp(-Δσ))/Δ): accurate where they meet.
     """
 
-    __slots__ = ("fast", "frequency", "oscillates", "slow", "zeta")
-
     def __init__(self, zeta: float) -> None:
         self.zeta = zeta
         self.oscillates = zeta <= 1.0
