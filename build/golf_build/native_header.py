@@ -168,7 +168,7 @@ def _sentences() -> Iterator[tuple[str, str]]:
 def _template(rule: str, **known: Any) -> str:
     """A rule's sentence as C has it: these words filled in, a code in place of each other one."""
     text = ""
-    for literal, field, spec, _ in Formatter().parse(": ".join(filter(None, refusals.RULES[rule]))):
+    for literal, field, spec, _ in Formatter().parse(refusals.RULES[rule]):
         text += literal
         if field in known:
             text += format(known[field], spec or "")

@@ -138,11 +138,12 @@ class Approach(Impact):
     #: approach, restored again and again.
     _at_touch: tuple[Touch, Motion] | None
 
-    @property
-    def arguments(self) -> tuple[Any, ...]:
-        motion = self.motion
-        start = motion.x_ball, motion.compression, self.compression_low
-        return self.parameters, motion.v_club, self.begin, *start
+    arguments = property(
+        attrgetter(
+            "parameters", "motion.v_club", "begin", "motion.x_ball", "motion.compression",
+            "compression_low",
+        )
+    )  # fmt: skip
 
     def __init__(
         self, parameters: Parameters, club_speed: float, begin: Instant, x_ball: float,

@@ -97,7 +97,7 @@ class FmiComponent:
         return problem
 
     def _begin(self) -> Refusal | None:
-        """Use the parameters; or return why they can't be used together."""
+        """Use the values; or return why they can't be used together."""
         return None
 
     def terminate(self) -> None:
@@ -120,7 +120,7 @@ class FmiComponent:
         elif self._mode == TERMINATED:
             self._refuse_call("SET_AFTER_END", row.name, value)
         elif not row.low <= value <= row.high:
-            self._refuse(out_of_range(row, value))
+            self._refuse(refusal("OUT_OF_RANGE", row.name, value, **words_on_range(row)))
         elif (
             row.causality == "parameter"
             and self._mode == STEPPING
@@ -201,11 +201,6 @@ class FmiComponent:
         problem = together((*self._refused.values(), *self._illegal))
         self._illegal = ()
         return problem
-
-
-def out_of_range(variable: Variable, value: Any) -> Refusal:
-    """Why this value of an input or parameter isn't accepted."""
-    return refusal("OUT_OF_RANGE", variable.name, value, **words_on_range(variable))
 
 
 def words_on_range(variable: Variable) -> dict[str, str]:

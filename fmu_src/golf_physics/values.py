@@ -39,8 +39,6 @@ class Refusal(NamedTuple):
 
     sentence: str
     variable: str = ""  #: the name, if a single one is to be corrected
-    value: Any = None
-    reason: str = ""  #: the sentence without variable and value
     status: str = "Error"  #: FMI's, of the message: "Discard" of a communication step
 
     def __str__(self) -> str:
@@ -49,7 +47,7 @@ class Refusal(NamedTuple):
 
 def rejected(name: str, value: Any, reason: str, unit: str = "") -> Refusal:
     """Why this value of this variable isn't accepted."""
-    return Refusal(f"{name} = {value:.12g}{unit} is refused: {reason}", name, value, reason)
+    return Refusal(f"{name} = {value:.12g}{unit} is refused: {reason}", name)
 
 
 #: Time since the start of the run, s: two doubles (high, low) whose sum it is, so that an instant a

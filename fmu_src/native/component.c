@@ -140,15 +140,17 @@ static void begin_impact(Component *c, Inputs inputs)
     if (c->is.is_solved) begin_solution(c);
 }
 
-/* Before stepping: the impact of the present values. */
-static void preview(Component *c)
+/* The impact of the present values; or why they are rejected together: then one of bodies that never
+   meet. */
+static Refusal begin_run(Component *c)
 {
     Inputs inputs = inputs_of(c->is.values);
     Parameters *p = &c->is.parameters;
     *p = parameters_of(c->is.values);
-    /* Bodies that never meet. */
-    if (conflict(p, inputs).reason) inputs = (Inputs){1.0, 0.0, p->ball_speed, 0.0};
+    Refusal why = conflict(p, inputs);
+    if (why.reason) inputs = (Inputs){1.0, 0.0, p->ball_speed, 0.0};
     begin_impact(c, inputs);
+    return why;
 }
 
 static void component_reset(Component *c)
@@ -202,18 +204,13 @@ static int refused_parameters(const Component *c, Refusal list[])
 /* Fix the parameters; or return how many refusals, in the list, speak against it. */
 static int start_run(Component *c, Refusal list[])
 {
-    Inputs inputs = inputs_of(c->is.values);
-    Parameters p = parameters_of(c->is.values);
     int count = refused_parameters(c, list);
     if (!count) {
-        list[0] = conflict(&p, inputs);
+        list[0] = begin_run(c);
         count = list[0].reason != FINE;
     }
-    if (count) return count;
-    c->is.mode = STEPPING;
-    c->is.parameters = p;
-    begin_impact(c, inputs);
-    return 0;
+    if (!count) c->is.mode = STEPPING;
+    return count;
 }
 
 /* Fix the parameters, as soon as they can be used. Returns whether all start values can be used; if
@@ -267,7 +264,7 @@ static Impact *present(Component *c)
         c->has_state = 1;
         return &c->is.impact;
     }
-    if (!c->is.has_impact) preview(c);
+    if (!c->is.has_impact) begin_run(c);
     if (!advance(&c->is.impact, &c->is.parameters, c->is.inputs, instant_now(c))) c->has_failed = 1;
     return &c->is.impact;
 }

@@ -32,7 +32,7 @@ static void begin_solution(Component *c)
 /* Evaluate the state at the host's time, under its states and inputs. */
 static void evaluate_solution(Component *c)
 {
-    if (!c->is.has_impact) preview(c);
+    if (!c->is.has_impact) begin_run(c);
     Snapshot *is = &c->is;
     Impact *i = &is->impact;
     const Parameters *p = &is->parameters;

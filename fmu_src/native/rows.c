@@ -62,16 +62,12 @@ static Refusal begin_row(Component *c, int row, double *end)
             return (Refusal){OUT_OF_RANGE, n, REAL, {value}, FINE};
         c->is.values[n] = value;
     }
-    Inputs inputs = inputs_of(c->is.values);
-    Parameters p = parameters_of(c->is.values);
-    Refusal why = conflict(&p, inputs);
+    Refusal why = begin_run(c);
     if (why.reason) return why;
     c->is.mode = STEPPING;
-    c->is.parameters = p;
-    begin_impact(c, inputs);
     int is_ahead;
-    if (!*end) *end = horizon(&p, inputs);
-    return check_touch(c, &c->is.impact.approach, inputs, *end, &is_ahead);
+    if (!*end) *end = horizon(&c->is.parameters, c->is.inputs);
+    return check_touch(c, &c->is.impact.approach, c->is.inputs, *end, &is_ahead);
 }
 
 /* Go to an instant (s) of the row's impact, not before the last one, by a step of `size` s. Returns

@@ -224,7 +224,7 @@ class Session:
             assert status == wanted, (player.name, call, words, status, player.slave.messages)
             # In FMI 3.0 a second initialization is a late set-up as well.
             sentences = "\n".join(player.slave.messages)
-            found = sentences.replace(RULES["ENTERED_TWICE"][1], RULES["LATE_SET_UP"][1])
+            found = sentences.replace(RULES["ENTERED_TWICE"], RULES["LATE_SET_UP"])
             # In FMI 3.0 both are one call.
             if player.fmi3 and call in ("setup", "enter"):
                 continue
@@ -355,7 +355,7 @@ class Session:
             _, before = player.play("read")
             status, _ = player.play("damage", place, cut)
             assert status == (ERROR if player.is_native else OK), player.name
-            assert RULES["FOREIGN_STATE"][1] in player.slave.messages[-1]
+            assert RULES["FOREIGN_STATE"] in player.slave.messages[-1]
             if not player.is_native:
                 assert player.play("doStep", self.rules.point, 1e-5)[0] == DISCARD
             assert not differing(player.play("read")[1], before)

@@ -70,7 +70,7 @@ def test_a_state_moves_to_another_process_in_mid_contact(way_of, pytestconfig, n
 def test_what_is_no_state_of_this_fmu_is_refused(any_fmu, way_of):
     """It costs a step in plain FMUs, and has no other effect: bytes, and another FMU's memory."""
     other = way_of("Swing" if any_fmu.model != "Swing" else "Launch").begin()
-    memory, body = fmus.call_state(other.slave, "get"), b'["golf-impact state 13", [1, 2]'
+    memory, body = fmus.call_state(other.slave, "get"), b'["golf-impact state 14", [1, 2]'
     way = any_fmu.begin()
     assert way.step(1e-4)
     whole, before = fmus.packed(way.slave), way.read()

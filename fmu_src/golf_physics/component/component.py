@@ -74,15 +74,14 @@ class Component(FmiComponent):
         self.start_time = self.origin = self.point = start_time
 
     def _begin(self) -> Refusal | None:
-        parameters, inputs = self._split()
-        problem = conflict(parameters, inputs)
-        if problem is None:
-            self._run(Impact.start(parameters, inputs.club_speed), inputs, START, 0.0)
-        return problem
-
-    def _split(self) -> tuple[Parameters, Inputs]:
         values = self.values
-        return Parameters(*values[INPUTS:]), new(Inputs, values[:INPUTS])
+        parameters, inputs = Parameters(*values[INPUTS:]), new(Inputs, values[:INPUTS])
+        problem = conflict(parameters, inputs)
+        if problem is not None:
+            # Outputs are those of bodies that never meet.
+            inputs = Inputs(1.0, 0.0, parameters.ball_speed, 0.0)
+        self._run(Impact.start(parameters, inputs.club_speed), inputs, START, 0.0)
+        return problem
 
     def step(self, point: float, size: float) -> bool:
         """One communication step from the host's communication point on, both in s.
@@ -212,7 +211,7 @@ class Component(FmiComponent):
         Raises ArithmeticError or ValueError if the contact can't be computed.
         """
         if self._impact is None:
-            self._preview()
+            self._begin()
         count = self._count
         instant = self._instant if count == self._counted else self.instant()
         self._present = present = advance(self._present, self._inputs, instant)
@@ -226,14 +225,6 @@ class Component(FmiComponent):
             t = offset + (self._count - first) * pace
             now = self._now = motion(t) if since < t < until else self._evaluate()
         return now
-
-    def _preview(self) -> None:
-        """Before stepping: the impact of the present values."""
-        parameters, inputs = self._split()
-        if conflict(parameters, inputs) is not None:
-            # Bodies that never meet.
-            inputs = Inputs(1.0, 0.0, parameters.ball_speed, 0.0)
-        self._run(Impact.start(parameters, inputs.club_speed), inputs, START, 0.0)
 
     def _evaluate(self) -> State:
         try:

@@ -7,7 +7,7 @@ from ..impact import Approach, Contact, Flight, Impact, Results, Touch
 from ..values import Inputs, Instant, Motion, Parameters, Refusal
 
 #: It changes with the layout of a state.
-_VERSION = "golf-impact state 13"
+_VERSION = "golf-impact state 14"
 
 
 class Snapshot(NamedTuple):
