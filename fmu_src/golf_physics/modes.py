@@ -87,10 +87,8 @@ class FmiComponent:
 
     def _start(self) -> Refusal | None:
         """Fix the parameters; or return why they can't be used."""
-        problem = None
-        if self._refused:
-            fixed = {row.name for row in self._rows.values() if row.causality == "parameter"}
-            problem = together(one for name, one in self._refused.items() if name in fixed)
+        fixed = {row.name for row in self._rows.values() if row.causality == "parameter"}
+        problem = together(one for name, one in self._refused.items() if name in fixed)
         problem = problem or self._begin()
         if problem is None:
             self._mode = STEPPING
@@ -180,9 +178,11 @@ class FmiComponent:
             if self._mode < START_REFUSED:
                 return refusal("STEP_BEFORE_START")
             problem = self._start() if self._mode == START_REFUSED else None
-            problem = problem or self._take_refusals()
+            if problem is None:
+                problem = together((*self._refused.values(), *self._illegal))
+                self._illegal = ()
             if problem is not None:
-                return problem._replace(sentence=refusal("UNTIL_CORRECTED", why=problem).sentence)
+                return refusal("UNTIL_CORRECTED", why=problem)
         if point == self.point or self._goes_on(point, size):
             return None
         if self._point_is_free and abs(point) <= LARGEST_TIME:
@@ -195,12 +195,6 @@ class FmiComponent:
         allowed = min(POINT_TOLERANCE * max(size, time), MOST_OF_STEP * size)
         # Far from 0 doubles themselves may be further apart than steps.
         return abs(point - self.point) <= max(allowed, 1e-15 * time)
-
-    def _take_refusals(self) -> Refusal | None:
-        """All that speaks against a step; the illegal calls are forgotten with that."""
-        problem = together((*self._refused.values(), *self._illegal))
-        self._illegal = ()
-        return problem
 
 
 def words_on_range(variable: Variable) -> dict[str, str]:

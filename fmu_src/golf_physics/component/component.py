@@ -146,7 +146,7 @@ class Component(FmiComponent):
             except (ArithmeticError, ValueError) as error:
                 why = error if type(error) is ArithmeticError else not_computed(error)
                 k, b, *_ = inputs
-                return refusal("CHANGE_REFUSED", "k", k, k=k, b=b, why=why)
+                return refusal("CHANGE_REFUSED", k=k, b=b, why=why)
         p, check_every_step = impact.parameters, False
         if impact.touch is None and (p.restitution_at_rest or inputs.club_force):
             problem = LAWS[p.law].refusal_of_touch(p, inputs)
