@@ -11,7 +11,7 @@ from operator import attrgetter
 from typing import Any, NamedTuple
 
 from .laws import LAWS
-from .values import SLOWEST, START, Inputs, Instant, Motion, Parameters, State, added, new
+from .values import SLOWEST, Inputs, Instant, Motion, Parameters, State, added, new
 
 #: Of a host's clock, relative.
 RESOLUTION = 2.0**-52
@@ -44,7 +44,7 @@ class Impact:
     __slots__ = ()
 
     in_contact = False
-    is_pushed = False  #: whether the velocities may have changed since separation
+    is_moving = False  #: whether velocities change, or have changed since separation
     parameters: Parameters
     begin: Instant  #: of the phase
     duration: float  #: of the phase, s; inf if it doesn't end
@@ -56,11 +56,6 @@ class Impact:
     at_separation: Motion | None = None
     #: Of that compression, below the resolution of a double, m.
     compression_low = 0.0
-
-    @staticmethod
-    def start(parameters: Parameters, club_speed: float) -> "Approach":
-        """The impact at time 0: the ball lies at 0, the club face at -gap."""
-        return Approach(parameters, club_speed, START, 0.0, -parameters.gap, 0.0)
 
     def since_begin(self, instant: Instant) -> float:
         """Time since the start of the phase, s; below 0 before it."""
@@ -128,10 +123,6 @@ class Approach(Impact):
     At its start the ball is at x_ball (m); compression and compression_low (m) add up to minus the
     distance.
     """
-
-    __slots__ = (
-        "_at_touch", "begin", "compression_low", "duration", "motion", "parameters", "velocities",
-    )  # fmt: skip
 
     touch = None
     #: The touch and the motion there, once they have been found: many impacts may begin with one
@@ -213,7 +204,7 @@ class Contact(Impact):
         "begin", "duration", "inputs", "motion", "parameters", "phase", "results_before", "touch",
     )  # fmt: skip
 
-    in_contact = True
+    in_contact = is_moving = True
     touch: Touch
     arguments = property(
         attrgetter("parameters", "inputs", "begin", "touch", "motion", "results_before")
@@ -363,7 +354,7 @@ class Flight(Impact):
             self.velocities = contact.phase.end_velocities() if motion is None else motion[2:4]
 
     @property
-    def is_pushed(self) -> bool:  # type: ignore[override]
+    def is_moving(self) -> bool:  # type: ignore[override]
         return bool(self.club_force) or self.first is not None
 
     @property

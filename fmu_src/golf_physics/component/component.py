@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import Any
 
 from ..conflicts import conflict
-from ..impact import RESOLUTION, Contact, Impact, advance
+from ..impact import RESOLUTION, Approach, Contact, Impact, advance
 from ..laws import LAWS
 from ..modes import POINT_TOLERANCE, STEPPING, FmiComponent
 from ..refusals import refusal
@@ -80,7 +80,8 @@ class Component(FmiComponent):
         if problem is not None:
             # Outputs are those of bodies that never meet.
             inputs = Inputs(1.0, 0.0, parameters.ball_speed, 0.0)
-        self._run(Impact.start(parameters, inputs.club_speed), inputs, START, 0.0)
+        start = START, 0.0, -parameters.gap, 0.0
+        self._run(Approach(parameters, inputs.club_speed, *start), inputs, START, 0.0)
         return problem
 
     def step(self, point: float, size: float) -> bool:
@@ -135,7 +136,9 @@ class Component(FmiComponent):
                 return not_computed(error)
             if touch is None or touch.instant[0] >= instant[0]:
                 origin = point - instant[0]
-        impact, inputs, given = self._impact, self._inputs, tuple(self.values[:INPUTS])
+        values, inputs, impact = self.values, self._inputs, self._impact
+        # Faster than a slice.
+        given = values[0], values[1], values[2], values[3]
         if given != inputs:
             inputs = new(Inputs, given)
             problem = conflict(impact.parameters, inputs)
