@@ -430,7 +430,10 @@ def _read_shots(path: Any, columns: str, impact: Mapping[str, float]) -> Series:
                 "--columns 'Club Speed [mph],Ball Speed [mph]', with the heads of the file"
             )
         symbol = "mph" if middle > 58.0 else "m/s"
-        club, ball = (SYMBOLS[symbol][1] * speeds for speeds in (club, ball))
+        club, ball = (
+            speeds * (SYMBOLS[symbol][1] if name in table.bare else 1.0)
+            for name, speeds in table.columns.items()
+        )
         notes.append(f"speeds have no unit: taken in {symbol}")
     cor = ball / club * (1.0 + impact["m_ball"] / impact["m_club"]) - 1.0
     # 1.4826 times the median deviation is σ of a normal distribution.

@@ -174,7 +174,7 @@ def read_table(
         bad = dict.fromkeys(np.flatnonzero(np.isnan(values)).tolist(), (places[0], one.name)) | bad
         if one is FORCE:
             clipped = _are_overflows(values)
-        unit = given.unit or own or text.units.get(one.name) or unit * one.optional
+        unit = given.unit or own or text.units.get(one.name) or unit * (one.optional or one is BALL)
         factor, start = _factor(unit, own, one.unit), 0.0
         if one is TIME and not given.unit and _counts(text, places[0], values, own):
             if "step" not in text.settings:
@@ -285,7 +285,8 @@ def _split(lines: Sequence[str]) -> tuple[str | None, list[list[str]]]:
     marks = [mark for mark in "\t;,|" if any(mark in line for line in some)]
     # Lines of a number with a decimal comma each: below a header of one cell, or as 0,05.
     if marks == [","] and all(map(_NUMBERS[","].fullmatch, some)):
-        marks = marks if "," in head and not re.search(r",0\d", " ".join(some)) else []
+        zeros = re.search(r"(?m)^\W?\d*,0\d+$", "\n".join(lines))
+        marks = marks if "," in head and not zeros else []
     mark = max((*marks, None), key=score)
     cells = [_cells(line, mark) for line in lines]
     for row in cells:
