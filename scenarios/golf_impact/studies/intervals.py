@@ -21,7 +21,7 @@ RANGES = {
 _STEP = 1e-5
 _LEAST = {
     "b": 10.0, "restitution_slope": 1e-3,
-    **dict.fromkeys(("club_force", "touch", "offset", "drift"), 100.0),
+    **dict.fromkeys(("touch", "offset", "drift"), 100.0),
 }  # fmt: skip
 
 

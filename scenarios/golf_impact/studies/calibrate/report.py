@@ -124,19 +124,16 @@ def sentences(fit: Any) -> list[str]:
 
 def tables(fit: Any) -> list[Table]:
     """Parameters, measurements and predictions; none is empty."""
-    data = fit.data
-    labels = [QUANTITIES[name].label for name in fit.predictions]
-    predicted = "Predictions with 95 % intervals, if the law holds"
-    found: list[Table] = [
-        (f"{fit.title} (law 2)", ["", "value ± standard error", "95 % interval"], _found(fit)),
-        (
-            f"Measurements, {describe_impact(data)}: {describe_chi_squared(fit)}",
-            ["", "measured", "σ", "model", "residual (σ)"],
-            _measured(fit),
-        ),
-        (predicted, ["club speed (m/s)", *labels, ""], _predicted(fit)),
+    found = ["", "value ± standard error", "95 % interval"]
+    measured = ["", "measured", "σ", "model", "residual (σ)"]
+    predicted = ["club speed (m/s)", *(QUANTITIES[name].label for name in fit.predictions), ""]
+    at = f"{describe_impact(fit.data)}: {describe_chi_squared(fit)}"
+    every = [
+        (f"{fit.title} (law 2)", found, _found(fit)),
+        (f"Measurements, {at}", measured, _measured(fit)),
+        ("Predictions with 95 % intervals, if the law holds", predicted, _predicted(fit)),
     ]
-    return [table for table in found if table[2]]
+    return [table for table in every if table[2]]
 
 
 def _found(fit: Any) -> list[list[str]]:
@@ -235,7 +232,6 @@ def _targets(fit: Any) -> list[dict[str, Any]]:
 
 def _quantity(name: str) -> Quantity:
     """How a parameter is printed, also one of a curve, such as offset_2."""
-    if name.startswith("touch"):
-        return Quantity(name, unit="µs", factor=1e6)
-    of_curve = {"offset": "N", "drift": "N/s"}
-    return Quantity(name, unit=of_curve.get(name.partition("_")[0]) or format_unit(unit_of(name)))
+    of_curve = {"touch": ("µs", 1e6), "offset": ("N", 1.0), "drift": ("N/s", 1.0)}
+    known = of_curve.get(name.partition("_")[0])
+    return Quantity(name, "", *(known or (format_unit(unit_of(name)), 1.0)))
