@@ -21,7 +21,7 @@ from typer.main import get_command
 from golf_impact.commands.app import app
 from golf_impact.data.document import tables
 from golf_impact.data.files import read_toml
-from golf_impact.report.scripts import BY_NAME, FOLDER, SCENARIOS
+from golf_impact.report.scripts import ALL, FOLDER, SCENARIOS
 
 PROJECT = read_toml(ROOT / "pyproject.toml")["project"]
 
@@ -205,7 +205,7 @@ def test_scenarios_import_no_machinery():
 
 def test_scripts_are_all_in_the_list_and_run_by_themselves():
     files = [*FOLDER.glob("*.py")]
-    assert {file.stem for file in files} == {*SCENARIOS, *BY_NAME}
+    assert {file.stem for file in files} == {*ALL}
     end = 'if __name__ == "__main__":\n    main(run)\n'
     assert all(file.read_text("utf-8").endswith(end) for file in files)
 

@@ -35,8 +35,7 @@ def list_(
     if balls:
         list_balls()
     else:
-        scenarios = *scripts.SCENARIOS, *scripts.BY_NAME
-        print_list((name, scripts.title_of(scripts.path_of(name))) for name in scenarios)
+        print_list((name, scripts.title_of(scripts.path_of(name))) for name in scripts.ALL)
 
 
 def list_balls() -> None:

@@ -32,9 +32,9 @@ _FMU = "Use this FMU and those beside it; nothing is built."
 
 def complete_scenario(incomplete: str) -> list[str]:
     """Names of scenarios for the completion of a shell."""
-    from golf_impact.report.scripts import BY_NAME, SCENARIOS
+    from golf_impact.report.scripts import ALL
 
-    return [name for name in (*SCENARIOS, *BY_NAME) if name.startswith(incomplete)]
+    return [name for name in ALL if name.startswith(incomplete)]
 
 
 def run(

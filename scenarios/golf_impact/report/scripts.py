@@ -22,17 +22,16 @@ SCENARIOS = (
     "validation", "speed_dependence", "rating", "shaft", "loft", "system",
 )  # fmt: skip
 
-#: Those that take longer, and are run by name only.
-BY_NAME = ("run_time_vs_error", "stability")
+#: With those that take longer, and are run by name only.
+ALL = (*SCENARIOS, "run_time_vs_error", "stability")
 
 
 def path_of(name_or_path: str) -> Path:
     """The script of a scenario by its name, or of a path; UserError if there is none."""
     path = Path(name_or_path)
     if path.suffix != ".py":
-        known = (*SCENARIOS, *BY_NAME)
-        if name_or_path not in known:
-            raise unknown_name("scenario", name_or_path, known, ", or give a .py file")
+        if name_or_path not in ALL:
+            raise unknown_name("scenario", name_or_path, ALL, ", or give a .py file")
         path = FOLDER / f"{name_or_path}.py"
     if not path.is_file():
         raise UserError(f"there is no script {path}")
