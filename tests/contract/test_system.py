@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from compare import assert_close
 from conftest import HERE, some
+from fmpy.ssp.simulation import simulate_ssp
 from fmus import begin, discard, get, is_set, make_instance, put
 from programs import run_importer
 from test_swing import AT, AT_THE_BALL, BACKSWING, sequence
@@ -20,7 +21,7 @@ from golf_build import native
 from golf_build.archive import unpack
 from golf_build.system import CONNECTIONS, DRIVE, SYSTEM
 
-STOP = 0.967  # s: by then the ball has been launched, and the swing has the impulse
+STOP = 0.98  # s: by then the ball has been launched, and the swing has the impulse
 
 
 #: Outputs by component: all tools find their last values.
@@ -55,14 +56,8 @@ def run_system(fmus, steps):
     return dict(zip(NAMES, found, strict=True))
 
 
-# What `run_importer` takes: each finds the values of `names`.
+# Programs for `run_importer`.
 TOOLS = {
-    "fmpy": """
-from fmpy.ssp.simulation import simulate_ssp
-# fmpy adds up its steps: half a step less, and it ends at the stop time.
-rows = simulate_ssp(ssp, stop_time=(steps - 0.5) * step, step_size=step)
-values = [float(rows[name][-1]) for name in names]
-""",
     "libcosimpy": """
 from libcosimpy.CosimExecution import CosimExecution
 from libcosimpy.CosimObserver import CosimObserver
@@ -87,10 +82,19 @@ with EcosSimulation(ssp_path=ssp, step_size=step) as simulation:
 }
 
 
-def run_in(tool, ssp, step, stop=STOP, names=NAMES):
-    """Values of `names` at the end of a drive in another tool."""
-    given = str(ssp), step, math.ceil(stop / step)
-    return run_importer(tool, f"ssp, step, steps = given\n{TOOLS[tool]}", names, *given)
+def by_fmpy(ssp, step, stop=STOP, names=NAMES):
+    """Values of `names` at the end of a drive."""
+    # fmpy adds up its steps: half a step less, and it ends at the stop time.
+    end = (math.ceil(stop / step) - 0.5) * step
+    rows = simulate_ssp(str(ssp), stop_time=end, step_size=step)
+    return {name: float(rows[name][-1]) for name in names}
+
+
+def run_in(tool, ssp, step):
+    if tool == "fmpy":
+        return by_fmpy(ssp, step)
+    given = str(ssp), step, math.ceil(STOP / step)
+    return run_importer(tool, f"ssp, step, steps = given\n{TOOLS[tool]}", NAMES, *given)
 
 
 @pytest.fixture(scope="module")
@@ -105,10 +109,10 @@ def by_our_host(drive):
 
 
 @pytest.mark.parametrize(
-    "step", [*some(1, [1e-3, 5e-4, 1e-4]), pytest.param(1e-5, marks=pytest.mark.nightly)]
+    "step", [*some(1, [5e-3, 1e-3, 1e-4]), pytest.param(1e-5, marks=pytest.mark.nightly)]
 )
 @pytest.mark.parametrize(
-    "tool", [pytest.param(tool, marks=[pytest.mark.importers] * (tool != "fmpy")) for tool in TOOLS]
+    "tool", ["fmpy", *(pytest.param(tool, marks=pytest.mark.importers) for tool in TOOLS)]
 )
 def test_the_same_numbers_in_every_tool(tool, ssp, by_our_host, step):
     assert run_in(tool, ssp, step) == pytest.approx(by_our_host(step), rel=1e-12, abs=0.0)
@@ -119,14 +123,13 @@ def test_any_steps_give_the_same_drive(drive, by_our_host, seed):
     steps = sequence(seed)
     # Long enough for the ball to be launched and the swing to have the impulse.
     steps = steps[: np.searchsorted(np.cumsum(steps), 1.0 + 5.0 * steps.max()) + 1]
-    last, expected = run_system(drive, steps.tolist()), by_our_host(1e-3)
+    last, expected = run_system(drive, steps.tolist()), by_our_host(5e-3)
     names = "Launch.backspin", "Launch.ball_speed", "ClubBallImpact.impulse", "BallFlight.carry"
     assert_close(last, {name: expected[name] for name in names}, tolerance=1e-12, seed=seed)
     # The swing gets all of the impulse, and the drive's start values act.
     impulse, ball = last["ClubBallImpact.impulse"], last["ClubBallImpact.ball_velocity"]
     assert last["Swing.reaction_impulse"] == impulse
     assert impulse == pytest.approx(0.04593 * ball, rel=1e-13)
-    assert 5.0 < AT_THE_BALL - expected["Swing.head_speed"] < 20.0
     assert 9.0 < math.degrees(last["Launch.launch_angle"]) < 14.0
     assert 2200.0 < last["Launch.backspin"] * 30.0 / math.pi < 3200.0
     assert 220.0 < last["BallFlight.carry"] < 270.0
@@ -140,7 +143,7 @@ def test_a_native_impact_gives_the_same_drive(by_our_host, monkeypatch, tmp_path
         ssp = SYSTEM.build(tmp_path / "native.ssp", native=True)
     except golf_impact.UserError as error:
         pytest.skip(str(error))
-    assert run_in("fmpy", ssp, 1e-3) == pytest.approx(by_our_host(1e-3), rel=1e-12)
+    assert by_fmpy(ssp, 5e-3) == pytest.approx(by_our_host(5e-3), rel=1e-12)
 
 
 # The files
@@ -186,7 +189,7 @@ def test_a_drive_in_python_is_that_of_the_system(ssp):
     names += [f"BallFlight.{name}" for name in ("carry", "apex", "flight_time", "land_angle")]
     more = ["BallFlight.landed", "BallFlight.distance", "ClubBallImpact.smash_factor"]
     names += ["ClubBallImpact.ball_velocity", *more]
-    expected = run_in("fmpy", ssp, 1e-2, stop, names)
+    expected = by_fmpy(ssp, 5e-2, stop, names)
     landed, distance, smash_factor = map(expected.pop, more)
     speed = expected["ClubBallImpact.ball_velocity"] / smash_factor / math.cos(LOFT - PATH)
     found = golf_impact.drive("tour", speed, LOFT, PATH, **OF_THE_DRIVE)
