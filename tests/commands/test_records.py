@@ -18,6 +18,7 @@ from golf_impact.studies.calibrate.records import FORCE, SIGMA, TIME, read_table
 SCOPE = "Model,X1\nLabel,CH1,CH2\nVertical Offset,0,0\nVertical Scale,1,1\n\nTIME,CH1,CH2\n"
 BESIDE = "Record Length,2.5e3,,0,0.5,\nTrigger Point,1,,1,1,\nSource,CH1,,2,1.5,\n,,,3,2,\n"
 SEGMENTS = "SCOPE9,1,Waveform\nSegments,1,SegmentSize,2\n#1,24-Nov-2020,0\nTime,Ampl\n"
+HUNDRED = "time,force\n" + "".join(f"{n},{n}\n" for n in range(1, 100))
 TABLES = {
     "plain": ("time,force\n0,1\n1,2\n", "", [[0, 1], [1, 2]]),
     "units": ("time [ms],force (kN)\n0,1\n1,2\n", "", [[0, 1e-3], [1e3, 2e3]]),
@@ -28,7 +29,7 @@ TABLES = {
     "numbers": ("0,9,1\n1,9,2\n", "1 [ms],3", [[0, 1e-3], [1, 2]]),
     "spaces": ("0 1\n1 2\n", "", [[0, 1], [1, 2]]),
     "quoted": ('"time","force"\n"0","1" # first\n"1","2"\n', "", [[0, 1], [1, 2]]),
-    "comment": ("# time,force\n# May,1\n0,1\n1,2\n", "", [[0, 1], [1, 2]]),
+    "comment": ("# Load [lbf]: 9\n# time,force\n# May,1\n0,1\n1,2\n", "", [[0, 1], [1, 2]]),
     "rate": ("Hz,1e6\n0,1\n1,2\n", "1 [ms],2", [[0, 1e-3], [1, 2]]),
     "order": ("scope\nforce,time\n1,0\n2,1\n", "", [[0, 1], [1, 2]]),
     "sigma": ("time,force,sigma\n0,1,5\n1,2,5\n", "", [[0, 1], [1, 2], [5, 5]]),
@@ -63,6 +64,7 @@ TABLES = {
     "rate, thousands": ("Sample Rate: 500,000 Hz\nF (N)\n1.5\n2\n", "", [[0, 2e-6], [1.5, 2]]),
     "rate quoted": ('Sample Rate,"500,000"\nForce\n1.5\n2\n', "", [[0, 2e-6], [1.5, 2]]),
     "commas alone": ("Interval (ms);4\nF (kN)\n0,1\n0,15\n", "", [[0, 4e-3], [100, 150]]),
+    "thousands, quoted": ('t,F\n0,"1,250"\n1,"1,251"\n', "", [[0, 1], [1250, 1251]]),
     "thousands by column": ("time\tforce\n0\t999\n1\t1,250\n", "", [[0, 1], [999, 1250]]),
     "unit lines": ("Time Units,us\nForce unit: kN\nt,F\n0,1\n1,2\n", "", [[0, 1e-6], [1e3, 2e3]]),
     "label beside units": ("time;force\nUnit;ms;kN\n0;1\n1;2\n", "", [[0, 1e-3], [1e3, 2e3]]),
@@ -84,8 +86,8 @@ TABLES = {
     "ws head": ("Time (s)   Force (N)\n 0.0  1.0\n 1.0  2.0\n", "", [[0, 1], [1, 2]]),
     "tinc": ("CH1V, t0 =-5e-2s, tInc = 1e-6,\n0.5\n1.0\n", "1 [2 kN/V]",
         [[-0.05, -0.049999], [1000, 2000]]),
-    "units above": ("Horizontal Units,s,\nVertical Units,mV,mV\nTIME,CH1,CH2\n0,9,1\n1,9,2\n",
-        "TIME,CH2 [2 kN/V]", [[0, 1], [2, 4]]),
+    "units above": ("Horizontal Units,ms,\nVertical Units,mV,mV\nTIME,CH1,CH2\n0,9,1\n1,9,2\n",
+        "TIME,CH2 [2 kN/V]", [[0, 1e-3], [2, 4]]),
     "sensors below units": ("Zeit  1\tKraft\t\nKein Sensor\tS9\t\ns\tkN\t\n"
         "Nullwert: 0\tNullwert: 0,1\t\nAbtastrate: 1 Hz\tAbtastrate: 1 Hz\t\n0,001\t1,5\t\n"
         "0,002\t2,5\t\n", "", [[1e-3, 2e-3], [1500, 2500]]),
@@ -101,9 +103,6 @@ TABLES = {
     "two rates": ("t 1 [s];F [N];t 2 [s];T [°C]\n0;1;0;20\n1;2;;\n2;3;;\n3;4;;\n", "t 1,F",
         [[0, 1, 2, 3], [1, 2, 3, 4]]),
     "nines": ("time,force\n0,1\n1,99999\n2,3\n", "", [[0, 2], [1, 3]]),
-    "one percent": (
-        "time,force\n" + "".join(f"{n},{'-' if n == 50 else n}\n" for n in range(1, 101)), "",
-        [[n for n in range(1, 101) if n != 50]] * 2),
     "units of few cells": ("no,time,force,x\n,ms,kN\n1,0,1,9\n2,1,2,9\n", "",
         [[0, 1e-3], [1e3, 2e3]]),
     "every tenth row": ("Delta T,2e-6\nIndex,Force (N)\n0,1\n10,2\n", "", [[0, 2e-5], [1, 2]]),
@@ -112,9 +111,8 @@ TABLES = {
         + "".join(f"{'?' if n == 50 else n},{n}\n" for n in range(100)),
         "", [[2e-6 * n for n in range(100) if n != 50], [n for n in range(100) if n != 50]]),
     "meganewtons": ("time,force [MN]\n0,1\n1,2\n", "", [[0, 1], [1e6, 2e6]]),
-    "missing at the end": (
-        "time,force\n" + "".join(f"{n},{'NaN' if n == 100 else n}\n" for n in range(1, 101)), "",
-        [[*range(1, 100)]] * 2),
+    "missing at the end": (HUNDRED + "NaN,100\n", "", [[*range(1, 100)]] * 2),
+    "cut at the end": (HUNDRED + "100\n", "", [[*range(1, 100)]] * 2),
     "overflow": ("time,force\n0,1\n1,9.9E+37\n2,3\n", "", [[0, 2], [1, 3]]),
 }  # fmt: skip
 
@@ -129,7 +127,7 @@ def test_tables_of_labs_and_scopes(tmp_path, name, encoding):
     table = read_table(file, (TIME, FORCE, SIGMA), chosen)
     columns = np.array([*table.columns.values()])
     assert columns == pytest.approx(np.array(expected), rel=1e-6)
-    left_out = ("nines", "overflow", "one percent", "missing at the end", "an unreadable count")
+    left_out = ("nines", "overflow", "missing at the end", "cut at the end", "an unreadable count")
     assert [note.split()[0] for note in table.notes] == ["1"] * (name in left_out)
 
 
@@ -309,12 +307,13 @@ def test_a_mishit_is_beside_the_line_of_the_others(tmp_path, unit):
     cors[12] -= 0.04
     rows = [f"{u},{u * (1.0 + cor) / 1.25}" for u, cor in zip(speeds, cors)]
     file = tmp_path / "shots.csv"
-    file.write_text("\n".join([f"Club Speed [m/s],Ball Speed{unit}", *rows]))
+    file.write_text("\n".join([f"Club Speed [m/s],Ball Speed{unit}", *rows, "0,60"]))
     line = measurements({"m_club": 0.2, "m_ball": 0.05}, shots=file).cor_speeds
     assert line.x == pytest.approx(np.delete(speeds, 12))
     assert line.y == pytest.approx(np.delete(cors, 12))
-    assert "1 of 21 shots are left out" in line.notes[0]
-    assert "(line 14)" in line.notes[0]
+    assert line.notes[0] == "1 unreadable rows left out, the first in line 23"
+    assert "1 of 21 shots are left out" in line.notes[1]
+    assert "(line 14)" in line.notes[1]
 
 
 def test_a_rebound():
