@@ -103,8 +103,7 @@ TABLES = {
     "two rates": ("t 1 [s];F [N];t 2 [s];T [°C]\n0;1;0;20\n1;2;;\n2;3;;\n3;4;;\n", "t 1,F",
         [[0, 1, 2, 3], [1, 2, 3, 4]]),
     "nines": ("time,force\n0,1\n1,99999\n2,3\n", "", [[0, 2], [1, 3]]),
-    "units of few cells": ("no,time,force,x\n,ms,kN\n1,0,1,9\n2,1,2,9\n", "",
-        [[0, 1e-3], [1e3, 2e3]]),
+    "few units": ("no,time,force,x\n,ms,kN\n1,0,1,9\n2,1,2,9\n", "", [[0, 1e-3], [1e3, 2e3]]),
     "every tenth row": ("Delta T,2e-6\nIndex,Force (N)\n0,1\n10,2\n", "", [[0, 2e-5], [1, 2]]),
     "an unreadable count": (
         "Sample Interval,2e-6\nIndex,Force (N)\n"
@@ -305,9 +304,10 @@ def test_a_mishit_is_beside_the_line_of_the_others(tmp_path, unit):
     speeds = np.linspace(30.0, 50.0, 21)
     cors = 0.93 - 0.0029 * speeds
     cors[12] -= 0.04
-    rows = [f"{u},{u * (1.0 + cor) / 1.25}" for u, cor in zip(speeds, cors)]
+    rows = [f"7i,{u},{u * (1.0 + cor) / 1.25}" for u, cor in zip(speeds, cors)]
+    rows += ["7i,0,60", "Average,40,60"]
     file = tmp_path / "shots.csv"
-    file.write_text("\n".join([f"Club Speed [m/s],Ball Speed{unit}", *rows, "0,60"]))
+    file.write_text("\n".join([f"Club,Club Speed [m/s],Ball Speed{unit}", *rows]))
     line = measurements({"m_club": 0.2, "m_ball": 0.05}, shots=file).cor_speeds
     assert line.x == pytest.approx(np.delete(speeds, 12))
     assert line.y == pytest.approx(np.delete(cors, 12))
