@@ -418,12 +418,13 @@ class Session:
 
 def differing(found, expected, small=0.0):
     """Variables of both that differ, but where both numbers are smaller than that."""
+    pairs = {name: (one, expected.get(name, one)) for name, one in found.items()}
     return {
         name: (one, other)
-        for name, one in found.items()
-        if repr(one) != repr(other := expected.get(name, one))
-        and one != bool(other)
-        and not max(abs(one), abs(other)) < small
+        for name, (one, other) in pairs.items()
+        # Zeros have a sign; a flag is True or 1.
+        if (repr(one) != repr(other) if isinstance(one, float) else one != other)
+        and not 0.0 < max(abs(one), abs(other)) < small
     }
 
 

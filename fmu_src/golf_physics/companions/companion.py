@@ -38,7 +38,9 @@ class Companion(FmiComponent):
             setattr(self, row.name, zero if row.start is None else row.start)
 
     def _store(self, row: Variable, value: Any) -> None:
-        setattr(self, row.name, value)
+        # An equal value changes nothing, not even the sign of 0.
+        if value != self._value(row):
+            setattr(self, row.name, value)
 
     def _value(self, row: Variable) -> Any:
         return getattr(self, row.name)
