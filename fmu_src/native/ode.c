@@ -12,6 +12,10 @@
 enum { ITERATIONS = 30, MOST_INTEGRATED = 600, PANEL_TIMES = ORDER + 2, HALVINGS = 1100 };
 enum { D, MOVED, W, GAINED, QUANTITIES };
 
+/* Nearer than these (m, m/s), far beyond any contact, no force overflows. */
+#define FARTHEST 1e13
+#define FASTEST 1e100
+
 typedef struct {
     double begin, end, start[QUANTITIES];
 } PanelStart;
@@ -74,8 +78,10 @@ static int solve_slopes(const Integrated *o, const PanelStart *at, double width,
             for (int n = 0; n < ORDER; n++)
                 nodes[i][n] = at->start[i] + half * dot(INTEGRALS[n], nodes[i + W]);
         for (int n = 0; n < ORDER; n++) {
+            /* The iteration diverges, or has no numbers. */
+            if (!islessequal(fabs(nodes[D][n]), FARTHEST)) return 0;
+            if (!islessequal(fabs(nodes[W][n]), FASTEST)) return 0;
             double force = integrated_force(o, nodes[D][n], nodes[W][n]);
-            if (!isfinite(force)) return 0;
             accelerations(o, force, &slopes[0][n], &slopes[1][n]);
         }
         for (int i = W; i <= GAINED; i++) {

@@ -25,6 +25,8 @@ static double result(Component *c, Impact *i, uint32_t reference, double v_club,
         return value ? twice_kinetic_energy(p, v_club, v_ball) / value : 1.0;
     }
     const State *s = state_now(c);
+    /* A contact that can't be computed has none, and NaN isn't compared. */
+    if (isnan(s->force)) return NAN;
     double lasted = contact_lasted(i, instant_now(c));
     switch (reference) {
     case VR_contact_time: return i->before.contact_time + lasted;
