@@ -218,7 +218,7 @@ def by_fmi_library(fixture, fmu, task):
     if task == "k":
         yield "k", {"smash_factor": float(host("k", fmu)[0].rpartition(" ")[2])}
         return
-    name = {"impact": ("run",), "several": ("threads", 3, fmu)}.get(task, (task,))
+    name = {"impact": ("run",), "several": ("threads", 1, fmu)}.get(task, (task,))
     lines = host(*name, fmu)
     assert len(lines) == {"impact": 6, "state": 1, "several": 2}[task]
     assert task != "state" or "same 1," in lines[0]
@@ -356,7 +356,7 @@ def test_several_fmus_at_once_and_reloaded(request, files, host, times):
             for law, results in found:
                 expected = {"smash_factor": EXPECTED[law]["smash_factor"]}
                 assert_close(results, expected, tolerance=1e-14)
-    lines = host("reload", 3 * times, plain, *native, *companions)
+    lines = host("reload", 2 * times, plain, *native, *companions)
     (left,) = (line for line in lines if "mappings" in line)
     # Those of the library that started Python; the host extracts each FMU anew.
     assert int(left.split()[-1]) <= 8
