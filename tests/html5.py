@@ -2,7 +2,7 @@
 
 from html.parser import HTMLParser
 
-_VOID = {"meta", "img", "br", "link", "input", "hr", "path", "source"}
+_VOID = {"meta", "img", "br", "link", "input", "hr", "source"}
 
 
 class _Page(HTMLParser):
@@ -15,11 +15,8 @@ class _Page(HTMLParser):
         if tag not in _VOID:
             self.open.append(tag)
 
-    def handle_startendtag(self, tag, attributes):
-        self.seen.setdefault(tag, []).append(dict(attributes))
-
     def handle_endtag(self, tag):
-        assert self.open.pop() == tag, self.getpos()
+        assert tag in _VOID or self.open.pop() == tag, self.getpos()
 
 
 def elements(text):

@@ -325,7 +325,7 @@ def machine(name):
 @pytest.mark.ci
 @pytest.mark.parametrize("task", [("impact", 1e-3), ("threads", 50)], ids=str)
 def test_on_windows(for_all, c_host, task):
-    """No Python, no environment variable."""
+    """No Python."""
     by = shutil.which("x86_64-w64-mingw32-gcc-posix")
     if by is None:
         pytest.skip("there is no mingw-w64 on this machine")
