@@ -108,8 +108,8 @@ def test_units_fit_their_factors():
         si, size = size_of(quantity.unit)
         unit = BY_NAME[ALIKE.get(name, name)].unit
         assert (si, quantity.factor * size) == (unit, pytest.approx(1.0)), name
-    for control in PAGE["controls"]:
-        assert size_of(control["unit"])[0] == (unit_of(control["name"]) or "1"), control
+    for name, control in PAGE["controls"].items():
+        assert size_of(control["unit"])[0] == (unit_of(name) or "1"), name
 
 
 def test_sizes_of_units():
@@ -120,7 +120,8 @@ def test_sizes_of_units():
         "kph": constants.kmh, "ft/s": constants.foot, "fps": constants.foot,
         "deg": constants.degree, "°": constants.degree, "rpm": 2.0 * constants.pi / 60.0,
         "lbf/in": constants.lbf / constants.inch, "%": 0.01, "daN": 10.0, "kN/mm": 1e6,
-        "N/mm": 1e3, "MN/m": 1e6, "kN/m": 1e3, "kN": 1e3, "MN": 1e6, "mN": 1e-3, "kgf": constants.g,
+        "N/mm": 1e3, "MN/m": 1e6, "kN/m": 1e3, "kN": 1e3, "MN": 1e6, "mN": 1e-3,
+        "kgf": constants.kgf,
         "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "g": 1e-3, "ms": 1e-3, "us": 1e-6, "ns": 1e-9,
     }  # fmt: skip
     found = {symbol: size for symbol, (_, size) in SYMBOLS.items() if size != 1.0}
