@@ -1,7 +1,7 @@
 """The impacts that tests share, by name, and what is expected of them.
 
-Two sources that share nothing with the FMU: `exact`, of 40 digits and more, and `integrated`, by
-SciPy's DOP853. `data/golden.json` pins the first (tests/tools/golden.py).
+Two sources that share nothing with the FMU: `exact`, of linear contacts the reference, of others
+the rows of `data/golden.json`, and `integrated`, by SciPy's DOP853.
 """
 
 import json
@@ -231,6 +231,12 @@ def _power_law(name):
     """Of a case of the power law its outputs after separation, and on the way."""
     rows = golden()["power law"][name]
     return [{output: mp.mpf(text) for output, text in row.items()} for row in rows]
+
+
+def restitution(zeta):
+    """Law 2's coefficient of restitution at a damping ratio; both factors are imaginary above 1."""
+    half = 1 if zeta == 1 else mp.re(mp.acos(zeta) / mp.sqrt(1 - mp.mpf(zeta) ** 2))
+    return mp.exp(-2 * zeta * half)
 
 
 def approach_of(case):

@@ -7,11 +7,10 @@ import math
 from types import SimpleNamespace
 
 import numpy as np
+from cases import restitution
 from fmus import get
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
-
-from golf_impact.evidence.reference import restitution
 
 
 def real_values(slave):

@@ -8,14 +8,13 @@ from itertools import product
 from operator import mul
 
 import pytest
-from cases import integrated
+from cases import integrated, restitution
 from compare import assert_close, assert_within
 from golf_physics.laws import integrated as integrated_law
 from golf_physics.restitution import damping_ratio
 from numpy.polynomial.legendre import leggauss
 
 import golf_impact
-from golf_impact.evidence.reference import restitution
 
 MU = 0.21 * 0.04593 / (0.21 + 0.04593)
 

@@ -7,14 +7,13 @@ import math
 
 import pytest
 import random_cases
-from cases import DEFAULTS
+from cases import DEFAULTS, restitution
 from compare import assert_within
 from hypothesis import event, example, given
 from hypothesis import strategies as st
 
 import golf_impact
 from golf_impact.evidence.random_impacts import critical_damping
-from golf_impact.evidence.reference import restitution
 from golf_impact.evidence.scales import TOLERANCE
 
 #: Doubles below this are subnormal and have fewer digits, with a margin.

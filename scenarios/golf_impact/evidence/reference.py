@@ -1,18 +1,14 @@
 """Every output of an impact at any instant, to 25 digits and more: the reference of all evidence.
 
 A linear contact is x' = A x; its matrix exponential is the sum of A's modes, with 80 digits, so
-that cancellation affects only digits far below those needed. A power law's contact is a linear one
-in a time of its own; the host's time follows by quadrature. SI units. Nothing is the FMU's.
+that cancellation affects only digits far below those needed. SI units. Nothing is the FMU's.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import cache
 from itertools import chain, count, islice, pairwise, takewhile
 from typing import Any, NamedTuple
 
 import mpmath
-
-from golf_impact.data.runs import reduced_mass
 
 mp: Any = mpmath.mp.clone()  # a context of its own: the precision of others is unchanged
 mp.dps = 80
@@ -80,18 +76,15 @@ class _Sum:
         scale, middle = self(right), (left + right) / 2
         while self(middle) / scale > 0:
             right, middle = middle, (left + middle) / 2
-        return _root(lambda t: self(t) / scale, (middle, right), tol=mp.mpf(10) ** -60 * right)
+        options = {"tol": mp.mpf(10) ** -60 * right, "maxsteps": 1000, "verify": False}
+        return mp.findroot(lambda t: self(t) / scale, (middle, right), solver="pegasus", **options)
 
     def extrema(self, end: Real) -> list[Real]:
         """Before `end`; later ones of a decaying oscillation are lower than the first few."""
         return [*islice(takewhile(lambda t: t < end, self.less(0).zeros()), 60)]
 
 
-def _root(function: Any, bracket: tuple[Real, Real], **options: Any) -> Real:
-    return mp.findroot(function, bracket, solver="pegasus", maxsteps=1000, verify=False, **options)
-
-
-class _LinearContact:
+class _Contact:
     """From a state (d, v_club, v_ball) on, with constant k, b and force on the head.
 
     The force is that of a further quantity, 1 at the start, which grows so slowly that its rate is
@@ -136,89 +129,6 @@ class _LinearContact:
         return self.force(peak), peak, self.d(deepest)
 
 
-class _PowerLawContact:
-    """Law 2 with an exponent n, from touch on, without a force on the head.
-
-    Velocities are those of a linear contact with k = μ in a time σ. Its compression over the
-    approach speed is x = (d/length)^m, m = (n + 1)/2, and dt = x^-P dσ/ω, P = (n - 1)/(n + 1).
-    """
-
-    def __init__(self, v: Mapping[str, Real], state: Sequence[Real]) -> None:
-        n, length, closing = v["exponent"], v["reference_compression"], state[1] - state[2]
-        self.m, self.power, mu = (n + 1) / 2, (n - 1) / (n + 1), reduced_mass(v)
-        omega = mp.sqrt(self.m * v["k"] / mu)
-        self.zeta, self.closing = v["b"] / (2 * mu * omega), closing
-        self.length = length * (self.m * closing / (length * omega)) ** (1 / self.m)
-        self.omega, self.share = self.m * closing / self.length, mu / v["m_ball"]
-        self.drift = state[2] + self.share * closing  # of the centre of mass
-        self.linear = linear = _LinearContact({**v, "k": mu, "b": 2 * self.zeta * mu}, state)
-        self.end, slope = linear.duration, linear.force.less(0)
-
-        def rise(x: Real) -> Real:
-            closer = linear.v_club(x) - linear.v_ball(x)
-            return self.power * closer * linear.force(x) + linear.d(x) * slope(x)
-
-        # The largest compression is at half the end, the largest force not later.
-        self.peak = _root(rise, (self.end * mp.mpf(10) ** -30, self.end * 3 / 4))
-        self.duration, self._sigma = self._time(self.end), cache(self._sigma_at)
-
-    def _time(self, sigma: Real) -> Real:
-        """From touch on: σ = z^m removes the singularity there."""
-        if not self.zeta and 2 * sigma > self.end:  # the second half mirrors the first
-            return 2 * self._time(self.end / 2) - self._time(self.end - sigma)
-        cuts = [sigma]
-        while cuts[-1] * max(1, self.zeta) > 1:
-            cuts.append(cuts[-1] / 2)
-
-        def integrand(z: Real) -> Real:
-            with mp.workdps(80):
-                x, d = z**self.m, self.linear.d
-                ratio = d(x) / (x * self.closing) if x > d.soon else mp.one
-                return self.m * ratio**-self.power
-
-        with mp.workdps(32):
-            return mp.quad(integrand, [0, *(c ** (1 / self.m) for c in cuts[::-1])]) / self.omega
-
-    def _sigma_at(self, t: Real) -> Real:
-        if t >= self.duration:
-            return self.end
-        return _root(lambda x: self._time(x) / t - 1, (mp.zero, self.end), tol=1e-28)
-
-    def _compression_and_force(self, sigma: Real) -> tuple[Real, Real]:
-        # At the end of an undamped contact x is 0, and its sign is rounding.
-        x = abs(self.linear.d(sigma)) / self.closing
-        force = self.omega * x**self.power * self.linear.force(sigma)
-        return self.length * x ** (1 / self.m), force
-
-    def at(self, t: Real) -> tuple[Real, ...]:
-        """As of a linear contact."""
-        sigma = self._sigma(t)
-        _, v_club, v_ball, _, _, impulse = self.linear.at(sigma)
-        d, force = self._compression_and_force(sigma)
-        return d, v_club, v_ball, self.drift * t - self.share * d, force, impulse
-
-    def maxima(self, t: Real) -> tuple[Real, ...]:
-        """As of a linear contact."""
-        peak, deepest = (min(self._sigma(t), x) for x in (self.peak, self.end / 2))
-        force, compression = (self._compression_and_force(x) for x in (peak, deepest))
-        return force[1], self._time(peak), compression[0]
-
-
-def restitution(zeta: Real) -> Real:
-    """Law 2's coefficient of restitution at this damping ratio."""
-    # Above 1 both are imaginary.
-    half = 1 if zeta == 1 else mp.re(mp.acos(zeta) / mp.sqrt(1 - mp.mpf(zeta) ** 2))
-    return mp.exp(-2 * zeta * half)
-
-
-def _damping(v: Mapping[str, Real], closing: Real) -> Real:
-    """The b that the coefficient of restitution at this approach speed gives."""
-    log = mp.log(v["restitution_at_rest"] - v["restitution_slope"] * closing)
-    guess = -log / mp.sqrt(mp.pi**2 + log**2)
-    zeta = mp.findroot(lambda zeta: mp.log(restitution(zeta)) - log, guess)
-    return 2 * zeta * mp.sqrt((v["exponent"] + 1) / 2 * v["k"] * reduced_mass(v))
-
-
 class _Phase(NamedTuple):
     begin: Real  #: s from the start
     start: dict[str, Real]  #: state and results so far
@@ -245,18 +155,17 @@ class _Phase(NamedTuple):
 
 
 class Reference:
-    """One impact; the ball starts at 0, the club face at -gap. Doubles are taken as exact.
+    """An impact by a linear law; the ball starts at 0, the club face at -gap. Doubles are exact.
 
     Args:
         values: inputs and parameters by name, and the host's start_time.
-        changes: an instant (s from the start) and the inputs from then on; during a contact of a
-            power law there is none.
+        changes: an instant (s from the start) and the inputs from then on.
     """
 
     def __init__(
         self, values: Mapping[str, Any], changes: Iterable[tuple[Any, Mapping[str, Any]]] = ()
     ) -> None:
-        usual = {"club_force": 0, "exponent": 1, "restitution_at_rest": 0, "start_time": 0}
+        usual = {"club_force": 0, "start_time": 0}
         v = self.v = {name: mp.mpf(value) for name, value in {**usual, **values}.items()}
         #: First touch and separation, s from the start, if there are any.
         self.touch = self.parting = mp.inf
@@ -275,8 +184,6 @@ class Reference:
         closing = start["club_velocity"] - start["ball_velocity"]
         if self.touch == mp.inf and closing > 0 and begin - start["d"] / closing < until:
             self.touch = begin - start["d"] / closing
-            if self.v["restitution_at_rest"]:
-                self.v["b"] = _damping(self.v, closing)
             self._begin(self.touch)
         begin, _, contact, _ = self.phases[-1]
         if contact and contact.duration < mp.inf and begin + contact.duration <= until:
@@ -291,8 +198,7 @@ class Reference:
             self.u_club = start["club_velocity"] = v["club_speed"]
         elif time < self.parting:
             start["d"] = start["d"] if time > self.touch else mp.zero
-            law = _LinearContact if v["exponent"] == 1 else _PowerLawContact
-            contact = law(v, [start[name] for name in _STATE[:3]])
+            contact = _Contact(v, [start[name] for name in _STATE[:3]])
         self.phases.append(_Phase(time, start, contact, acceleration))
 
     def outputs(self, time: Any) -> dict[str, Any]:
@@ -304,7 +210,8 @@ class Reference:
         *_, phase = (p for p in self.phases if p.begin < time or p.begin == time in (0, self.touch))
         now, v = phase.at(time), self.v
         touched, separated = phase.begin >= self.touch, phase.begin >= self.parting
-        d, v_club, v_ball, x_ball = (now.pop(name) for name in _STATE)
+        d, v_club, v_ball, x_ball = (now[name] for name in _STATE)
+        del now["d"]
         # Coefficient of restitution and energy efficiency are those at separation.
         at_end = next((p.start for p in self.phases if p.begin >= self.parting), {})
         v_c, v_b = (at_end[n] for n in _STATE[1:3]) if separated else (v_club, v_ball)
@@ -315,9 +222,6 @@ class Reference:
         closing, before = self.u_club - self.u_ball, energy(self.u_club, self.u_ball)
         return now | {
             "club_position": x_ball + d,
-            "ball_position": x_ball,
-            "club_velocity": v_club,
-            "ball_velocity": v_ball,
             "compression": max(mp.zero, d) if v_club < v_ball or not separated else mp.zero,
             "touched": touched,
             "in_contact": touched and not separated,
