@@ -294,7 +294,7 @@ def exact(name):
 def scales_of(case, last, span):
     """Scales of errors of a case whose outputs after `span` s are these."""
     values, approach = case.values | {"start_time": case.start}, last["touch_time"] - case.start
-    return Scales(values, last, float(approach), span, case.changes, last)
+    return Scales(values, last, float(approach), span, case.changes)
 
 
 def integrated(values, changes=(), force=None, push=None, touch=0.0):

@@ -6,17 +6,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import accumulate
 
 import numpy as np
+from golf_physics.variables import VARIABLES
 
 from golf_impact.data.runs import FLAGS
 from golf_impact.evidence.random_impacts import ImpactCase, Step
-from golf_impact.evidence.reference import Reference, mp
-from golf_impact.evidence.scales import TOLERANCE, Scales
+from golf_impact.evidence.reference import Reference
+from golf_impact.evidence.scales import Scales
 from golf_impact.fmu import Impact
 
 INPUTS = Step._fields[1:]
-
-#: A factor of times: one unit in the last place.
-LONGER = mp.mpf(1.0 + 2.0**-52)
+REALS = [v.name for v in VARIABLES if (v.causality, v.type) == ("output", "Real")]
 
 #: Outputs that never fall.
 RISING = ("contact_time", "max_force", "time_of_max_force", "max_compression", "impulse")
@@ -38,8 +37,10 @@ def check(
     one_step = case.steps()
     final = {name: x[-1] for name, x in run(impact, case, one_step).items()}
     values = {**case.values, "start_time": case.start_time}
-    scales = Scales(values, final, case.approach, case.end, case.changes, final)
-    reference = references(values, one_step) if exact else []
+    scales = Scales(values, final, case.approach, case.end, case.changes)
+    begins = accumulate(step.length for step in one_step[:-1])
+    changes = zip(begins, (dict(zip(INPUTS, step[1:])) for step in one_step[1:]))
+    reference = Reference(values, changes) if exact else None
     for pattern, steps in case.patterns(final["contact_time"], rng, equal):
         path, number = run(impact, case, steps), len(steps)
         yield "momentum", "momentum", number, momentum_error(case, steps, path, scales)
@@ -56,30 +57,21 @@ def check(
 
 def run(impact: Impact, case: ImpactCase, steps: Sequence[Step]) -> Path:
     """The whole run by these steps."""
-    slave, at = impact.instance, impact.references
-    slave.reset()
-    slave.setupExperiment(startTime=case.start_time)
-    slave.enterInitializationMode()
-    reals = dict(case.values)
-    slave.setInteger([at["law"]], [int(reals.pop("law"))])
-    slave.setReal([at[name] for name in reals], [*reals.values()])
-    slave.exitInitializationMode()
+    impact.start(case.start_time, **case.values)
     return follow(impact, case.start_time, steps)
 
 
 def follow(impact: Impact, time: float, steps: Sequence[Step]) -> Path:
     """Every output after each of these steps from a time (s) on."""
     slave, at = impact.instance, impact.references
-    outputs = [v for v in impact.description.modelVariables if v.causality == "output"]
-    reals, flags = ([v.name for v in outputs if v.type == kind] for kind in ("Real", "Boolean"))
-    inputs, real_at, flag_at = ([at[name] for name in names] for names in (INPUTS, reals, flags))
+    inputs, reals, flags = ([at[name] for name in names] for names in (INPUTS, REALS, FLAGS))
     rows = []
     for length, *values in steps:
         slave.setReal(inputs, values)
         slave.doStep(time, length)
         time += length
-        rows.append([*slave.getReal(real_at), *slave.getBoolean(flag_at)])
-    return dict(zip(reals + flags, np.array(rows, float).T))
+        rows.append([*slave.getReal(reals), *slave.getBoolean(flags)])
+    return dict(zip((*REALS, *FLAGS), np.array(rows, float).T))
 
 
 def momentum_error(case: ImpactCase, steps: Sequence[Step], path: Path, scales: Scales) -> float:
@@ -159,27 +151,13 @@ def state_error(impact: Impact, case: ImpactCase, steps: Sequence[Step]) -> floa
     return float(max(np.max(np.abs(again[name] - first[name])) for name in first))
 
 
-def references(values: Mapping[str, float], one_step: Sequence[Step]) -> list[Reference]:
-    """The impact; then, if inputs change, with all times one unit in the last place longer."""
-    *times, _ = accumulate(step.length for step in one_step)
-    changes = [dict(zip(INPUTS, step[1:])) for step in one_step[1:]]
-    longer = [LONGER * time for time in times]
-    return [Reference(values, zip(at, changes)) for at in (times, longer)[: 1 + bool(changes)]]
-
-
 def reference_errors(
-    references: Sequence[Reference], steps: Sequence[Step], path: Path, scales: Scales
+    reference: Reference, steps: Sequence[Step], path: Path, scales: Scales
 ) -> Iterator[Error]:
     """Errors of all outputs but mean_force at the end and at some points in contact."""
-    exact, *shaken = references
     in_contact = np.flatnonzero(path["in_contact"]).tolist()
     times = np.cumsum([step.length for step in steps])
     for row in (*in_contact[:: max(1, len(in_contact) // 3)], len(steps) - 1):
-        expected = exact.outputs(times[row])
-        errors = {name: scales.error(name, path[name][row], x) for name, x in expected.items()}
-        if shaken and max(errors.values()) > TOLERANCE:
-            # The instant at which an input changes has an error of up to that unit.
-            for name, value in shaken[0].outputs(LONGER * times[row]).items():
-                unknown = scales.error(name, value, expected[name])
-                errors[name] = 0.0 if errors[name] <= unknown else errors[name] - unknown
-        yield from (("reference", name, len(steps), error) for name, error in errors.items())
+        for name, expected in reference.outputs(times[row]).items():
+            error = scales.error(name, path[name][row], expected)
+            yield "reference", name, len(steps), error

@@ -105,21 +105,16 @@ def critical_damping(values: Mapping[str, float]) -> float:
     return 2.0 * math.sqrt(values["k"] * reduced_mass(values))
 
 
-def half_contact(zeta: float) -> float:
-    """Law 2's contact time in units of 2/ω, ω = √(k/μ), at this damping ratio.
+def contact_time_of_law_2(values: Mapping[str, float]) -> float:
+    """Contact time of law 2, s; also the time scale of law 1.
 
     Schwager & Pöschel, Granular Matter 9, 465-469 (2007).
     """
-    frequency = math.sqrt(abs((1.0 - zeta) * (1.0 + zeta)))
-    if not frequency:
-        return 1.0
-    return (math.acos(zeta) if zeta < 1.0 else math.acosh(zeta)) / frequency
-
-
-def contact_time_of_law_2(values: Mapping[str, float]) -> float:
-    """Contact time of law 2, s; also the time scale of law 1."""
     zeta = values["b"] / critical_damping(values)
-    return 2.0 * half_contact(zeta) / math.sqrt(values["k"] / reduced_mass(values))
+    frequency = math.sqrt(abs((1.0 - zeta) * (1.0 + zeta)))
+    half = math.acos(zeta) if zeta < 1.0 else math.acosh(zeta)
+    own_time = 2.0 * half / frequency if frequency else 2.0
+    return own_time / math.sqrt(values["k"] / reduced_mass(values))
 
 
 def extreme_impacts() -> Iterator[tuple[str, ImpactCase]]:

@@ -1,7 +1,7 @@
 """Scales of errors by output: the tolerance table, in one place."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from golf_impact.data.runs import reduced_mass
@@ -17,13 +17,12 @@ class Scales:
 
     Args:
         values: inputs and parameters at the start, and start_time.
-        outputs: max_force, max_compression, impulse and contact_time in the end. A contact without
-            a time (0 or NaN) is measured by the time since touch.
+        outputs: max_force, max_compression, impulse and contact_time in the end; if inputs change,
+            club_velocity, ball_velocity and kinetic_energy, too: a stiffness that rises gives
+            energy. A contact without a time (0 or NaN) is measured by the time since touch.
         approach: s from the start to first touch.
         span: s from the start to the end.
         changes: instants, s from the start, and inputs from then on.
-        after: club_velocity, ball_velocity and kinetic_energy, where the impact may gain energy
-            from a stiffness that rises.
     """
 
     def __init__(
@@ -32,8 +31,7 @@ class Scales:
         outputs: Mapping[str, Any],
         approach: float,
         span: float,
-        changes: Iterable[tuple[float, Mapping[str, float]]] = (),
-        after: Mapping[str, Any] | None = None,
+        changes: Sequence[tuple[float, Mapping[str, float]]] = (),
     ) -> None:
         self.approach, self.span = approach, span
         self.start_time = abs(values.get("start_time", 0.0))
@@ -57,9 +55,9 @@ class Scales:
         m_club, m_ball, u_ball = values["m_club"], values["m_ball"], values["ball_speed"]
         speed, energy = abs(u_club) + abs(u_ball), 0.5 * (m_club * u_club**2 + m_ball * u_ball**2)
         most = energy
-        if after:
-            v_club, v_ball = (abs(float(after[f"{body}_velocity"])) for body in ("club", "ball"))
-            speed, most = max(speed, v_club + v_ball), max(energy, float(after["kinetic_energy"]))
+        if changes:
+            v_club, v_ball = (abs(float(outputs[f"{body}_velocity"])) for body in ("club", "ball"))
+            speed, most = max(speed, v_club + v_ball), max(energy, float(outputs["kinetic_energy"]))
         self._table: dict[str, float] = {
             **dict.fromkeys(("club_velocity", "ball_velocity"), speed),
             "smash_factor": speed / abs(u_club) if u_club else 1.0,

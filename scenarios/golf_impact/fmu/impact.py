@@ -177,16 +177,16 @@ class Fmu:
                 **options,
             )
 
-    def start(self, **values: float | str) -> None:
-        """Begin a run with these inputs and parameters.
+    def start(self, start_time: float = 0.0, /, **values: float | str) -> None:
+        """Begin a run at this time (s) with these inputs and parameters.
 
         SI units, or text with a unit; start values for the others.
         """
-        self._start(self._numbers(values))
+        self._start(self._numbers(values), start_time)
 
-    def _start(self, values: Mapping[str, float]) -> None:
+    def _start(self, values: Mapping[str, float], start_time: float = 0.0) -> None:
         self.instance.setFMUstate(self._initial)
-        self.instance.setupExperiment()
+        self.instance.setupExperiment(startTime=start_time)
         self.instance.enterInitializationMode()
         for name, value in values.items():
             kind = self.variables[name].type
