@@ -14,9 +14,13 @@ from golf_impact.evidence.random_impacts import (
 
 
 def far(number):
-    """Far beyond golf, as `golf-impact stress` has them; of every second one the head is pushed."""
-    impact = random_impact(24, number, pushed=number % 2 == 1)
-    return Case("far", impact.values, impact.changes, impact.end, impact.start_time)
+    """Far beyond golf, as `golf-impact stress` has them; the speed changes before touch, too."""
+    impact = random_impact(24, number, pushed=number % 2 == 0)
+    changes, before = impact.changes, impact.approach / 2.0
+    if before:
+        speed = impact.values["ball_speed"] + impact.closing * (1.0 + 0.3 * (number % 3))
+        changes = ((before, {"club_speed": speed}), *changes)
+    return Case("far", impact.values, changes, impact.end, impact.start_time)
 
 
 _REFUSED = [{"k": -1.0}, {"m_ball": 0.0}, {"exponent": 13.0}, {"gap": 1e99}, {"ball_diameter": 0.0}]

@@ -8,7 +8,7 @@ impact, or of rows), and the page.
 import math
 from contextlib import ExitStack, closing, suppress
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from itertools import chain, repeat
 
 import fmpy
@@ -77,13 +77,13 @@ class Stepped:
 
 
 class InProcess(Stepped):
-    """golf_physics in this process; of another `kind` of component if given."""
+    """golf_physics in this process."""
 
     model, outputs, flags = "ClubBallImpact", (*REALS, *FLAGS), FLAGS
 
-    def __init__(self, kind=Component):
+    def __init__(self):
         self.messages = []
-        self.component = kind(lambda refusal: self.messages.append(str(refusal)))
+        self.component = Component(lambda refusal: self.messages.append(str(refusal)))
         self.start = {row.name: row.start for row in VARIABLES if row.start is not None}
         self._initial = self.component.snapshot()
 
@@ -171,52 +171,41 @@ class InFmu(Stepped):
         fmus.call_state(self.slave, "set", state)
 
 
-class Alone:
-    """`golf_impact.run_impact`, or `golf_impact.Impact`, which has the same arguments."""
-
-    def __init__(self, function=golf_impact.run_impact):
-        self.function = function
-
-    def outputs(self, cases):
-        """Of each case the metrics, NaN where there is none, or why it is refused."""
-        found = []
-        for values in cases:
-            try:
-                found.append(self.function(**values))
-            except golf_impact.UserError as refusal:
-                found.append(str(refusal))
-        return found
+# Ways of whole impacts: functions of cases, to the metrics of each, NaN where there is none, or why
+# it is refused.
 
 
-class Rows:
-    """`golf_impact.run_impacts`, of all cases in one call."""
-
-    def outputs(self, cases):
-        """See `Alone`; the sentence is known of the first refused case, "" of others."""
-        cases = list(cases)
-        default = {name: BY_NAME[name].start for values in cases for name in values}
-        columns = {name: np.array([(default | v)[name] for v in cases]) for name in default}
-        found = golf_impact.run_impacts(**columns)
-        rows = (dict(zip(found, map(float, row))) for row in zip(*found.values()))
-        sentences = chain([found.reason], repeat(""))
-        return [next(sentences) if bad else row for bad, row in zip(found.refused, rows)]
+def one_by_one(cases, function=golf_impact.run_impact):
+    """By `golf_impact.run_impact`, or `golf_impact.Impact`, which has the same arguments."""
+    found = []
+    for values in cases:
+        try:
+            found.append(function(**values))
+        except golf_impact.UserError as refusal:
+            found.append(str(refusal))
+    return found
 
 
-class Page:
-    """The WebAssembly of `golf-impact explore`, of all cases in one run of node."""
+def in_rows(cases):
+    """By `golf_impact.run_impacts` in one call: of all refused ones but the first, "" is why."""
+    cases = list(cases)
+    default = {name: BY_NAME[name].start for values in cases for name in values}
+    columns = {name: np.array([(default | v)[name] for v in cases]) for name in default}
+    found = golf_impact.run_impacts(**columns)
+    rows = (dict(zip(found, map(float, row))) for row in zip(*found.values()))
+    sentences = chain([found.reason], repeat(""))
+    return [next(sentences) if bad else row for bad, row in zip(found.refused, rows)]
 
-    def __init__(self, folder):
-        self.folder = folder
 
-    def outputs(self, cases):
-        """See `Alone`."""
-        from page.tab import by_wasm
+def by_page(cases, folder):
+    """By the WebAssembly of `golf-impact explore`, in one run of node."""
+    from page.tab import by_wasm
 
-        def row(metrics):
-            return {n: math.nan if x is None else x for n, x in metrics.items() if n in METRICS}
+    def row(metrics):
+        return {n: math.nan if x is None else x for n, x in metrics.items() if n in METRICS}
 
-        found = by_wasm(list(cases), self.folder)
-        return [one["refused"] if "refused" in one else row(one["metrics"]) for one in found]
+    found = by_wasm(list(cases), folder)
+    return [one["refused"] if "refused" in one else row(one["metrics"]) for one in found]
 
 
 #: FMUs: their builders, those of native ones for this machine alone.
@@ -226,7 +215,7 @@ FMUS = {
     "native, FMI 3.0": replace(native.BUILDERS[3], here=True),
 }
 STEPPED = ("in process", *FMUS)
-WHOLE = ("Impact", "engine", "engine, rows", "page")
+WHOLE = {"Impact": None, "engine": one_by_one, "engine, rows": in_rows, "page": None}
 
 
 def fmu_file(once, name):
@@ -242,7 +231,14 @@ def fmu(request, way_of):
 
 
 @pytest.fixture(scope="session")
-def way_of(once, system_files, tmp_path_factory):
+def impact(once):
+    """`golf_impact.Impact` of the FMU."""
+    with golf_impact.Impact(fmu_file(once, "FMI 2.0")) as impact:
+        yield impact
+
+
+@pytest.fixture(scope="session")
+def way_of(request, once, system_files, tmp_path_factory):
     """A function that makes the way of a name, once; FMUs skip where they can't be built."""
     with ExitStack() as stack:
 
@@ -254,10 +250,10 @@ def way_of(once, system_files, tmp_path_factory):
                 folder = fmpy.extract(str(path), str(tmp_path_factory.mktemp("way")))
                 return stack.enter_context(closing(InFmu(folder)))
             if name == "Impact":
-                return Alone(stack.enter_context(golf_impact.Impact(fmu_file(once, "FMI 2.0"))))
+                return partial(one_by_one, function=request.getfixturevalue("impact"))
             if name == "page":
-                return Page(tmp_path_factory.mktemp("page"))
-            return {"in process": InProcess, "engine": Alone, "engine, rows": Rows}[name]()
+                return partial(by_page, folder=tmp_path_factory.mktemp("page"))
+            return InProcess() if name == "in process" else WHOLE[name]
 
         yield way_of
 

@@ -89,23 +89,22 @@ def test_dop853(law):
         assert 0.0 < error(dop853.solve(law, rtol, 9e5), law=law, k=9e5) < most
 
 
-def test_without_a_compiler(fmu_path, monkeypatch):
+def test_without_a_compiler(impact, monkeypatch):
     """What is in C is named as not run."""
     monkeypatch.setattr(fmus, "compiler", lambda: None)
     monkeypatch.setattr(
         run_time_vs_error, "measure_interleaved", lambda jobs, **_: [1.0] * len(jobs)
     )
-    with Impact(fmu_path) as impact:
-        result = run_time_vs_error.run(impact, quick=True)
+    result = run_time_vs_error.run(impact, quick=True)
     assert {row["name"] for row in result.cases.values()} == {OURS, fmus.PYTHON, "DOP853, SciPy"}
     names = "explicit Euler, C FMU, Runge–Kutta 4, C FMU, native FMU"
     assert result.words.endswith(f"Not run, without a C compiler: {names}.")
 
 
 @COMPILED
-def test_what_is_compared(fmu_path, tmp_path):
+def test_what_is_compared(impact, tmp_path):
     """Each is called in one way, for both laws; sub-steps cover four decades."""
-    with Impact(fmu_path) as impact, Impact(current_native()) as in_c:
+    with Impact(current_native()) as in_c:
         rows, points = ways.compared(impact, in_c, str(tmp_path), quick=False)
         for law in (1, 2):
             # The other law's results are 0.02 away.
@@ -123,15 +122,14 @@ def test_what_is_compared(fmu_path, tmp_path):
 # Fairness: every impact is another one, rounds are interleaved; counts that speed follows from
 
 
-def test_k_changes_at_every_impact(fmu_path):
+def test_k_changes_at_every_impact(impact):
     ks, exact = [], Reference(DEFAULTS).outputs(1e-3)
 
     def solve(k):
         ks.append(k)
         return [float(exact[name]) for name in METRICS]
 
-    with Impact(fmu_path) as impact:
-        row, _ = run_time_vs_error.measure(impact, 1, [Way("a", "b", lambda law: solve)] * 2, True)
+    row, _ = run_time_vs_error.measure(impact, 1, [Way("a", "b", lambda law: solve)] * 2, True)
     assert row.items() >= {"name": "a", "called": "b", "law": 1, "ratio": 1.0}.items()
     assert row["error"] < 1e-15
     assert len(ks) > 20

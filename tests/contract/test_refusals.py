@@ -59,7 +59,7 @@ def test_in_every_way_of_steps(any_stepped, kind):
 def test_of_whole_impacts(whole_way):
     # JSON has no infinity and no NaN.
     rows = [row for row in IMPACTS if all(map(math.isfinite, row["values"].values()))]
-    found = whole_way.outputs(row["values"] for row in rows)
+    found = whole_way(row["values"] for row in rows)
     assert found[0], "of rows that of the first is known"
     for row, sentence in zip(rows, found, strict=True):
         # The engine names what runs other laws.

@@ -60,8 +60,8 @@ def test_only_what_is_read_is_computed(monkeypatch):
         {"law": "2", "club_force": 300.0, "gap": "1 cm", "k": "800 N/mm", "club_speed": "95mph"},
     ],
 )
-def test_momentary_outputs_and_trajectories_are_those_of_the_fmu(way_of, values):
-    impact, outputs = way_of("Impact").function, (*PATH, "mean_force", "max_force", "impulse")
+def test_momentary_outputs_and_trajectories_are_those_of_the_fmu(impact, values):
+    outputs = (*PATH, "mean_force", "max_force", "impulse")
     found = (
         golf_impact.run_impact(MOMENTARY, **values),
         golf_impact.run_trajectory(40, outputs, **values),

@@ -95,7 +95,7 @@ WHOLE.remove("sticks")
 
 def test_cases_by_whole_impacts(whole_way):
     """Results of impacts that end, in one call."""
-    for name, found in zip(WHOLE, whole_way.outputs(CASES[name].given for name in WHOLE)):
+    for name, found in zip(WHOLE, whole_way(CASES[name].given for name in WHOLE)):
         expected = {n: x for n, x in exact(name).items() if n in found}
         scales = scales_of(CASES[name], {"touched": True} | found, horizon(name))
         assert_close(found, expected, scales, case=name)
@@ -105,14 +105,14 @@ def test_cases_by_whole_impacts(whole_way):
 def random_impacts(way_of):
     """Values, and what the FMU finds of them."""
     cases = [random_cases.whole(number) for number in range(400)]
-    return cases, way_of("Impact").outputs(cases)
+    return cases, way_of("Impact")(cases)
 
 
 @pytest.mark.parametrize("name", ["engine", "engine, rows", "page"])
 def test_random_cases_by_whole_impacts(way_of, random_impacts, name):
     """Within 1e-13 of the FMU's; refused for the same reason."""
     cases, exact = random_impacts
-    found = way_of(name).outputs(cases)
+    found = way_of(name)(cases)
     assert_same_results(found, exact, cases)
     assert 24 < sum(isinstance(one, str) for one in found) < 120
 

@@ -17,9 +17,9 @@ class Scales:
 
     Args:
         values: inputs and parameters at the start, and start_time.
-        outputs: max_force, max_compression, impulse and contact_time in the end; if inputs change,
-            club_velocity, ball_velocity and kinetic_energy, too: a stiffness that rises gives
-            energy. A contact without a time (0 or NaN) is measured by the time since touch.
+        outputs: max_force, max_compression, impulse and contact_time in the end. A contact without
+            a time (0 or NaN) is measured by the time since touch. With a force on the head, or a
+            stiffness that rises, energy is gained: club_velocity, ball_velocity and kinetic_energy.
         approach: s from the start to first touch.
         span: s from the start to the end.
         changes: instants, s from the start, and inputs from then on.
@@ -55,7 +55,7 @@ class Scales:
         m_club, m_ball, u_ball = values["m_club"], values["m_ball"], values["ball_speed"]
         speed, energy = abs(u_club) + abs(u_ball), 0.5 * (m_club * u_club**2 + m_ball * u_ball**2)
         most = energy
-        if changes:
+        if changes or values.get("club_force"):
             v_club, v_ball = (abs(float(outputs[f"{body}_velocity"])) for body in ("club", "ball"))
             speed, most = max(speed, v_club + v_ball), max(energy, float(outputs["kinetic_energy"]))
         self._table: dict[str, float] = {

@@ -1,6 +1,5 @@
 """Comparable run times: interleaved measurements, so that other load affects all of them."""
 
-import gc
 import importlib.metadata
 import os
 import platform
@@ -22,7 +21,6 @@ def measure_interleaved(
     numbers = [max(1, round(least / min(timeit.repeat(job, number=1, repeat=3)))) for job in jobs]
     times: list[list[float]] = [[] for _ in jobs]
     for _ in range(rounds):
-        gc.collect()
         # timeit switches garbage collection off, which would affect one of the jobs at random.
         for job, number, spent in zip(jobs, numbers, times):
             spent.append(timeit.timeit(job, number=number) / number)

@@ -42,6 +42,7 @@ def compared(
         quick: fewer points.
     """
     stepped, slave = extract_peers(folder), impact.instance
+    slave.reset()
     restore = partial(slave.setFMUstate, slave.getFMUstate())
     rows = [
         by_restored_state(OURS, impact),
