@@ -14,9 +14,13 @@ from golf_impact.evidence.random_impacts import (
 
 
 def far(number):
-    """Far beyond golf, as `golf-impact stress` has them; the speed changes before touch, too."""
+    """Far beyond golf, as `golf-impact stress` has them; some with changes of the speed before
+    touch, or of the force alone.
+    """
     impact = random_impact(24, number, pushed=number % 2 == 0)
     changes, before = impact.changes, impact.approach / 2.0
+    if number % 4 == 0:
+        changes = tuple((time, {"club_force": x["club_force"]}) for time, x in changes)
     if before:
         speed = impact.values["ball_speed"] + impact.closing * (1.0 + 0.3 * (number % 3))
         changes = ((before, {"club_speed": speed}), *changes)
