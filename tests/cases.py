@@ -129,6 +129,10 @@ CASES = {
     "pulled apart, pushed": Case(
         "and the force goes on", {"law": 2, "club_force": 500.0}, ((4e-4, {"b": 1e4}),), 1e-3
     ),
+    "pulled apart, returns": Case(
+        "compression is 0 from when the bodies approach again", {"law": 2},
+        ((4e-4, {"b": 1e4}), (4.5e-4, {"club_force": 1e5}), (6e-4, {"club_force": -1e5})), 9e-4
+    ),
     "fast common motion": Case(
         "law 1's real mode cancels the pair",
         {"b": 60.0, "ball_speed": -1000.0, "club_speed": -965.0},

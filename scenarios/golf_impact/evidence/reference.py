@@ -19,7 +19,7 @@ _APART = mp.mpf(10) ** -36
 _STATE = ("d", "club_velocity", "ball_velocity", "ball_position")
 _SO_FAR = (
     "contact_time", "max_force", "time_of_max_force", "max_compression", "contact_displacement",
-    "impulse",
+    "impulse", "compression",
 )  # fmt: skip
 
 
@@ -140,9 +140,13 @@ class _Phase(NamedTuple):
         t, now, contact = time - self.begin, dict(self.start), self.contact
         v_club, v_ball, gained = now["club_velocity"], now["ball_velocity"], self.acceleration * t
         d = now["d"] + (v_club - v_ball + gained / 2) * t
+        # After separation it falls, or is 0 from when on the bodies approach once more.
+        falls = now["compression"] > 0 and v_club + gained <= v_ball
+        now["compression"] = max(mp.zero, d) if falls else mp.zero
         state = d, v_club + gained, v_ball, v_ball * t, mp.zero, mp.zero
         if contact:
             state = contact.at(t)
+            now["compression"] = max(mp.zero, state[0])
             force, when, deepest = contact.maxima(t)
             if force > now["max_force"]:
                 now |= {"max_force": force, "time_of_max_force": now["contact_time"] + when}
@@ -222,7 +226,6 @@ class Reference:
         closing, before = self.u_club - self.u_ball, energy(self.u_club, self.u_ball)
         return now | {
             "club_position": x_ball + d,
-            "compression": max(mp.zero, d) if v_club < v_ball or not separated else mp.zero,
             "touched": touched,
             "in_contact": touched and not separated,
             "separated": separated,
