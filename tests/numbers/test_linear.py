@@ -18,7 +18,7 @@ from golf_physics.laws.linear import (
 from golf_physics.values import Motion
 
 import golf_impact
-from golf_impact.evidence.reference import Reference, _LinearContact, mp
+from golf_impact.evidence.reference import Contact, Reference, mp
 
 
 def random_contact(number):
@@ -46,7 +46,7 @@ def exact_contact(k, damper, drag, m_club, m_ball, start, push):
     values = {"law": 1 if drag else 2, "k": k, "b": drag or damper, "club_force": push}
     values |= {"m_club": m_club, "m_ball": m_ball}
     exact = {name: mp.mpf(value) for name, value in values.items()}
-    return _LinearContact(exact, [mp.mpf(x) for x in (start.compression, *start[2:4])])
+    return Contact(exact, [mp.mpf(x) for x in (start.compression, *start[2:4])])
 
 
 @pytest.mark.parametrize("seed", numbers(12, 60, 320))

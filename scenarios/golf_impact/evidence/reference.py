@@ -84,7 +84,7 @@ class _Sum:
         return [*islice(takewhile(lambda t: t < end, self.less(0).zeros()), 60)]
 
 
-class _Contact:
+class Contact:
     """From a state (d, v_club, v_ball) on, with constant k, b and force on the head.
 
     The force is that of a further quantity, 1 at the start, which grows so slowly that its rate is
@@ -202,7 +202,7 @@ class Reference:
             self.u_club = start["club_velocity"] = v["club_speed"]
         elif time < self.parting:
             start["d"] = start["d"] if time > self.touch else mp.zero
-            contact = _Contact(v, [start[name] for name in _STATE[:3]])
+            contact = Contact(v, [start[name] for name in _STATE[:3]])
         self.phases.append(_Phase(time, start, contact, acceleration))
 
     def outputs(self, time: Any) -> dict[str, Any]:
