@@ -360,6 +360,22 @@ def test_the_wrong_law_is_noticed(sigma):
     assert re.search(r"C\(k, exponent\) += -", found.fit_report())
 
 
+@pytest.mark.parametrize(
+    ("measured", "marked", "words"),
+    [
+        ({"cor": 0.8, "contact_time": 6e-4, "club_speed": 40.4}, "30 50", "if COR didn't depend"),
+        ({"cor_speeds": ([29.0, 35.0, 41.0], [0.79, 0.77, 0.76])}, "50", "from 29 to 41 m/s"),
+        ({"cor_speeds": ([31.0, 40.0, 51.0], [0.79, 0.77, 0.73])}, "30", "from 31 to 51 m/s"),
+        ({"cor_speeds": ([30.0, 40.0, 50.0], [0.79, 0.77, 0.73])}, "", "if the law holds"),
+    ],
+)
+def test_speeds_that_were_not_measured(measured, marked, words):
+    title, _, rows = calibrate(**measured).tables()[-1]
+    assert [row[0] for row in rows if "*" in row[0]] == [f"{v} *" for v in marked.split()]
+    assert words in title
+    assert ("(*:" in title) == bool(marked)
+
+
 def test_predictions_and_errors_of_results():
     found = usual()
     at = found.predict(np.array([[30.0, 45.0]]))

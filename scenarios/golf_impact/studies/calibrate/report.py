@@ -126,12 +126,13 @@ def tables(fit: Any) -> list[Table]:
     """Parameters, measurements and predictions; none is empty."""
     found = ["", "value ± standard error", "95 % interval"]
     measured = ["", "measured", "σ", "model", "residual (σ)"]
-    predicted = ["club speed (m/s)", *(QUANTITIES[name].label for name in fit.predictions), ""]
+    predicted = ["club speed (m/s)", *(QUANTITIES[name].label for name in fit.predictions)]
+    predictions, beyond = _predicted(fit)
     at = f"{describe_impact(fit.data)}: {describe_chi_squared(fit)}"
     every = [
         (f"{fit.title} (law 2)", found, _found(fit)),
         (f"Measurements, {at}", measured, _measured(fit)),
-        ("Predictions with 95 % intervals, if the law holds", predicted, _predicted(fit)),
+        (f"Predictions with 95 % intervals, if the law holds{beyond}", predicted, predictions),
     ]
     return [table for table in every if table[2]]
 
@@ -168,24 +169,27 @@ def _measured(fit: Any) -> list[list[str]]:
     return rows
 
 
-def _predicted(fit: Any) -> list[list[str]]:
-    """At three club speeds; beside another one than measured what the interval doesn't contain."""
-    rows, line = [], fit.data.cor_speeds
-    measured = [one.impact["club_speed"] for one in fit.data.curves.values()]
-    measured = measured or [fit.data.impact["club_speed"]]
+def _predicted(fit: Any) -> tuple[list[list[str]], str]:
+    """At three club speeds, with * where they weren't measured, and what is uncertain there."""
+    if line := fit.data.cor_speeds:
+        low, high = line.x.min(), line.x.max()
+        why = f"COR was measured from {low:.3g} to {high:.3g} m/s"
+        others = [speed for speed in SPEEDS if not low <= speed <= high]
+    else:
+        curves = [one.impact["club_speed"] for one in fit.data.curves.values()]
+        measured = curves or [fit.data.impact["club_speed"]]
+        why = "if COR didn't depend on speed; measured balls lose 0.0029 per m/s"
+        others = [v for v in SPEEDS if min(abs(v - one) for one in measured) > 0.5]
+    rows = []
     for speed, *found in zip(SPEEDS, *(zip(*one) for one in fit.predictions.values())):
-        texts, words = [], ""
+        texts = []
         for value, low, high in found:
             text = format_with_error(value, high - value)
             if not math.isclose(high - value, value - low, rel_tol=1e-6):
                 text = f"{value:.4g} ({low:.4g} to {high:.4g})"
             texts.append(text)
-        if line and not line.x.min() <= speed <= line.x.max():
-            words = f"COR was measured from {line.x.min():.3g} to {line.x.max():.3g} m/s"
-        elif not line and min(abs(speed - one) for one in measured) > 0.5:
-            words = "if COR didn't depend on speed; measured balls lose 0.0029 per m/s"
-        rows.append([f"{speed:g}", *texts, words])
-    return rows if fit.predictions else []
+        rows.append([f"{speed:g}{' *' * (speed in others)}", *texts])
+    return rows if fit.predictions else [], f" (*: {why})" * bool(others)
 
 
 def as_json(fit: Any) -> dict[str, Any]:
