@@ -22,10 +22,8 @@ from golf_physics.variables import BY_NAME, VARIABLES
 import golf_impact
 from golf_build import native
 from golf_build.system import COMPANIONS
-from golf_impact.data.runs import FLAGS, METRICS
+from golf_impact.data.runs import FLAGS, METRICS, REALS
 from golf_impact.fmu import builder_of
-
-REALS = [v.name for v in VARIABLES if (v.causality, v.type) == ("output", "Real")]
 
 
 class Stepped:

@@ -26,9 +26,9 @@ from golf_physics.variables import (
     STATES,
 )
 from scipy.integrate import solve_ivp
-from ways import REALS, InFmu
+from ways import InFmu
 
-from golf_impact.data.runs import FLAGS
+from golf_impact.data.runs import FLAGS, REALS
 
 RESULTS = (*CRITERIA, "energy_efficiency")
 SCALES = {row.name: row.nominal for row in BY_NAME.values()} | {"separation_indicator": 5e3}

@@ -17,7 +17,8 @@ import pytest
 import random_cases
 from command import ROOT
 from conftest import some
-from ways import REALS
+
+from golf_impact.data.runs import REALS
 
 PHYSICS = ROOT / "fmu_src" / "golf_physics"
 

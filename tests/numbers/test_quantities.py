@@ -8,12 +8,12 @@ from cases import DEFAULTS, KINDS, Case, scales_of
 from compare import assert_close
 from golf_physics.variables import BY_NAME, MORE_UNITS, UNITS
 from scipy import constants
-from ways import REALS
 
 from golf_impact.data.balls import BALLS
 from golf_impact.data.document import Printed
 from golf_impact.data.files import read_toml
 from golf_impact.data.quantities import QUANTITIES, Quantity, format_with_error, undefined_results
+from golf_impact.data.runs import REALS
 from golf_impact.data.units import SYMBOLS, symbol_of, unit_of
 
 PAGE = read_toml(files("golf_impact.explore") / "page.toml")

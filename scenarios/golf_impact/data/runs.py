@@ -24,6 +24,11 @@ METRICS = (
 
 FLAGS = ("touched", "in_contact", "separated")
 
+#: The other outputs.
+REALS = tuple(
+    row.name for row in BY_NAME.values() if row.causality == "output" and row.name not in FLAGS
+)
+
 #: The outputs that a trajectory records by default.
 PATH = ("force", "club_position", "ball_position", "club_velocity", "ball_velocity", "compression")
 

@@ -6,16 +6,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import accumulate
 
 import numpy as np
-from golf_physics.variables import VARIABLES
 
-from golf_impact.data.runs import FLAGS
+from golf_impact.data.runs import FLAGS, REALS
 from golf_impact.evidence.random_impacts import ImpactCase, Step
 from golf_impact.evidence.reference import Reference
 from golf_impact.evidence.scales import Scales
 from golf_impact.fmu import Impact
 
 INPUTS = Step._fields[1:]
-REALS = [v.name for v in VARIABLES if (v.causality, v.type) == ("output", "Real")]
 
 #: Outputs that never fall.
 RISING = ("contact_time", "max_force", "time_of_max_force", "max_compression", "impulse")
