@@ -432,6 +432,14 @@ def test_the_command(tmp_path):
         assert found[OUTPUTS[name]] == written["predicted"][name]
 
 
+def test_a_file_says_what_nothing_depends_on(tmp_path):
+    cors = calibrate(cor_speeds=([29.0, 35.0, 41.0], [0.79, 0.77, 0.76]))
+    files = [found.save(tmp_path / f"{n}.toml") for n, found in enumerate((cors, usual()))]
+    assert ['undetermined = ["k"]' in file.read_text("utf-8") for file in files] == [True, False]
+    assert [golf_impact.read_ball(file).undetermined for file in files] == [("k",), ()]
+    assert "undetermined" not in files[1].read_text("utf-8")
+
+
 def test_a_saved_ball(tmp_path):
     """Conditions with units; parameters, covariance and intervals as in Python."""
     np.savetxt(tmp_path / "a.csv", np.transpose(record(200)), "%.9g", ",", header="time,force")

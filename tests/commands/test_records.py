@@ -227,6 +227,7 @@ def conditioned(*columns, window=None, **options):
     ("change", "words"),
     [
         (lambda t, f: (t[:0], f[:0]), "it has no rows of time, force"),
+        (lambda t, f: (t,), "it has no rows of time, force"),
         (lambda t, f: (t[[0, 1, 2, 4, 3, 5]], f[:6]), "row 5: time = 1.5e-05 s isn't after 2e-05"),
         (lambda t, f: (t, np.where(t == t[9], np.nan, f)), "row 10: force = nan"),
         (lambda t, f: (t, 0.0 * f), "row 1: .* no touch"),

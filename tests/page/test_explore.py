@@ -78,7 +78,7 @@ def test_the_wasm_is_made_from_these_sources():
 def test_the_command(tmp_path):
     """With a ball of one's own and its conditions; without the place where its author has it."""
     (tmp_path / "mine.toml").write_text(
-        'law = 2\nk = "800 N/mm"\nb = 30\n[conditions]\nclub_speed = 41.0\n'
+        'title = "<b>mine</b>"\nlaw = 2\nk = "800 N/mm"\nb = 30\n[conditions]\nclub_speed = 41.0\n'
     )
     mine = f"--ball={tmp_path}/mine.toml", "--set=b=31"
     done = golf_here("explore", "--no-browser", *mine, cwd=tmp_path, code=0)
@@ -88,6 +88,7 @@ def test_the_command(tmp_path):
     written = facts(text)
     assert written["case"] == DEFAULTS | {"law": 2, "k": 8e5, "b": 31.0, "club_speed": 41.0}
     assert written["balls"][-1]["name"] == "mine"
+    assert ("&lt;b&gt;mine" in text, "<b>mine" in text) == (True, False)
     # For a class: without the answers, which aren't hidden in there either.
     golf_here("explore", "--set=club_speed=95mph", "--export", other, "--no-answers", code=0)
     assert facts(other.read_text())["case"]["club_speed"] == 42.4688

@@ -43,7 +43,7 @@ NO_EVIDENCE = tuple(
 
 #: The tests of languages that coverage doesn't measure.
 SUITES = {
-    ".c": ("--native", "tests/numbers", "tests/contract"),
+    ".c": ("--native", "tests/numbers", "tests/contract", "tests/hosts/test_native.py"),
     ".js": ("tests/page", "-m", "browser or not browser"),
 }
 
