@@ -49,6 +49,12 @@ def test_curves_energies_and_momenta(given, tmp_path):
     assert (total == pytest.approx(total[0] + push, rel=1e-12)) == (v["law"] == 2)
 
 
+def test_bodies_that_stay_together_are_drawn_for_ten_contacts(tmp_path):
+    (found,) = by_wasm([{"law": 2, "club_force": 2e4, "b": 2e4, "drawn": 1}], tmp_path)
+    (elastic,) = golf_impact.run_impact(["contact_time"], b=0.0).values()
+    assert 10.0 * elastic < found["path"]["time"][-1] < 20.0 * elastic
+
+
 def test_one_file_that_needs_nothing_else():
     text, wasm = page({}), files("golf_impact.explore") / "physics.wasm"
     check_page(text)
