@@ -32,7 +32,7 @@ from typing import NamedTuple
 import pytest
 from mutants import ROOT, Mutant, packages, sample
 
-from golf_build import native
+from golf_build import native, wasm
 from golf_impact.data.files import read_toml
 
 #: They compare documents with the code: a defect that they notice may be written down by mistake.
@@ -47,8 +47,10 @@ SUITES = {
     ".js": ("tests/page", "-m", "browser or not browser"),
 }
 
-#: The engine's, made anew for each mutant.
+#: The engine's, made anew for each mutant of C and of the modules that its build imports.
 WASM = Path("scenarios", "golf_impact", "explore", "physics.wasm")
+_IMPORTED = [vars(module).get("__file__") for module in (*sys.modules.values(), wasm)]
+BUILDERS = {Path(file).resolve() for file in _IMPORTED if file}
 
 #: s: a longer test is an endless loop.
 _LONGEST = 300
@@ -145,7 +147,8 @@ class Checkout:
         target.write_text(mutant.source, "utf-8")
         state, ran = "survived", []
         # Otherwise the engine refuses a module of other sources, whatever the defect.
-        if not mutant.file.endswith(".js") and self.python("golf_build.wasm"):
+        makes_wasm = mutant.file.endswith(".c") or ROOT / mutant.file in BUILDERS
+        if makes_wasm and self.python("golf_build.wasm"):
             state = "caught"
         elif suite:
             state, ran = self.run(*suite, MUTATION_PLAN=str(plan))
