@@ -4,6 +4,7 @@ import base64
 import json
 import re
 import shutil
+from pathlib import Path
 
 import pytest
 from command import run
@@ -32,6 +33,9 @@ console.log(JSON.stringify(JSON.parse(cases).map(({drawn, ...given}) => {
     return {refused: error.message, about: error.about}
   }
 })))"""
+
+
+_SHOWN = Path(__file__).with_name("shown.js").read_text("utf-8")
 
 
 def by_wasm(cases, folder):
@@ -66,7 +70,7 @@ class Tab:
     """The page of a file in a browser; elements by id, or another CSS selector."""
 
     def __init__(self, browser, file):
-        self.browser, self.file = browser, file
+        self.browser, self.file, self.saved = browser, file, {}
         self.dark(False).screen(1366, 768)
 
     def open(self, address=""):
@@ -97,6 +101,12 @@ class Tab:
         self.cdp("Emulation.setEmulatedMedia", features=features)
         return self
 
+    def still(self):
+        """Nothing moves by itself."""
+        features = [{"name": "prefers-reduced-motion", "value": "reduce"}]
+        self.cdp("Emulation.setEmulatedMedia", features=features)
+        return self
+
     def until(self, condition):
         return WebDriverWait(self.browser, 20.0, 0.05).until(lambda _: condition())
 
@@ -115,6 +125,11 @@ class Tab:
         self.get(place).send_keys(text, Keys.TAB)
         return self
 
+    def go(self, address):
+        """To another address of the same page."""
+        self.js("location.hash = arguments[0]", address)
+        return self.until(lambda: self.value("address").endswith(address)) and self
+
     def slide(self, name, *values):
         """As a mouse moves a slider, and leaves it."""
         moves = """
@@ -125,6 +140,10 @@ class Tab:
         self.js(moves, name, values)
         return self
 
+    def click(self, css):
+        self.get(css).click()
+        return self
+
     def press(self, label):
         self.browser.find_element("xpath", f"//button[normalize-space()='{label}']").click()
         return self
@@ -132,6 +151,32 @@ class Tab:
     def select(self, place, value):
         Select(self.get(place)).select_by_value(value)
         return self
+
+    def point(self, name, x, y):
+        """Point at a place in a picture, in units of its box."""
+        move = """
+            const svg = document.querySelector(`#${arguments[0]}_figure svg`)
+            const {left, top, width} = svg.getBoundingClientRect(), size = width / 360
+            const at = {clientX: left + arguments[1] * size, clientY: top + arguments[2] * size}
+            svg.dispatchEvent(new PointerEvent("pointermove", at))"""
+        self.js(move, name, float(x), float(y))
+        return self
+
+    def download(self, name):
+        """A file: how many lines it has, and some of them."""
+        folder, self.saved = self.file.parent, {}
+        self.cdp("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(folder))
+        file = self.select("download", name).until(lambda: [*folder.glob(f"*-{name}")])[0]
+        text = re.sub(r"(?<=\.\d{9})\d+", "…", file.read_text("utf-8"))
+        lines = re.sub(r"<style>.*</style>", "…", text, flags=re.DOTALL).splitlines()
+        self.saved = {
+            ("file", name): f"{len(lines)}; {lines[0][:300]}; {lines[len(lines) // 2][:300]}"
+        }
+        return self
+
+    def shown(self):
+        """By part and name, what is visible (see shown.js), and what has been saved."""
+        return {(part, name): text for part, name, text in self.js(_SHOWN)} | self.saved
 
     def sheets(self, width, height):
         """The number of printed sheets of this size, inches."""

@@ -1,21 +1,21 @@
 """The page of `golf-impact explore` in Chromium, opened as a file, without a network."""
 
-import csv
 import hashlib
 import itertools
 import json
 import re
+import shlex
 import shutil
 import subprocess
 import tarfile
+from urllib.parse import parse_qsl
 
 import pytest
+from command import ROOT
 from selenium.webdriver import ActionChains, Keys
 from tab import Tab, chrome
 
 import golf_impact
-from golf_impact.data.balls import BALLS
-from golf_impact.data.quantities import QUANTITIES
 from golf_impact.explore.page import write_page
 
 AXE, SHA512 = "axe-core@4.14.1", (
@@ -23,7 +23,7 @@ AXE, SHA512 = "axe-core@4.14.1", (
     "4f8c22a0dab86ee6a6f64b8afbe804b214d36db85a2826965edfb3a0b9d546b5"
 )  # fmt: skip
 
-OPENING, PENNER = BALLS["roh-lee"].values, BALLS["penner"].values
+SNAPSHOT = ROOT / "tests" / "snapshots" / "page.txt"
 screens = pytest.mark.parametrize("screen", [(1366, 768, False), (390, 844, True)])
 
 
@@ -46,148 +46,76 @@ def tab(browser, tmp_path):
     assert found == []
 
 
-def results(tab):
-    """Printed texts and numbers (SI units; None where there is none) by output."""
-    rows = tab.each("data", "[x.id, x.textContent, x.value]")
-    return {name: (text, float(value) if value else None) for name, text, value in rows}
+def agrees(tab):
+    """The numbers are those of the physics for the case of the address."""
+    given = dict(parse_qsl(tab.value("address").partition("#")[2]))
+    values = {name: float(text) for name, text in given.items() if name not in ("level", "unit")}
+    expected = golf_impact.run_impact(**values)
+    for name, value in tab.each("data", "[x.id, x.value]"):
+        if value and name in expected:
+            assert float(value) == pytest.approx(expected[name], rel=1e-12, abs=1e-12), name
 
 
-def check(tab, **values):
-    """The page shows the numbers of the physics, to the printed digits and beyond them."""
-    expected, found = golf_impact.run_impact(**values), results(tab)
-    for name in found.keys() & expected.keys():
-        assert found[name][1] == pytest.approx(expected[name], rel=1e-12, abs=1e-12), name
-        if name != "max_compression":
-            assert found[name][0] == QUANTITIES[name].format_value(expected[name]).replace("-", "−")
-    assert len(found.keys() & expected.keys()) == 9
+def test_what_it_shows(tab, pytestconfig):
+    """After steps, what differs from what stands above: read the diff of what --update writes."""
+    head, *lines = re.split(r"^> ", SNAPSHOT.read_text("utf-8"), flags=re.MULTILINE)
+    written, known = [head.strip("\n")], {}
+    tab.still()
+    for line in (line.partition("\n")[0] for line in lines):
+        steps, _, parts = line.partition(" -> ")
+        for step in steps.split("; "):
+            verb, *arguments = shlex.split(step)
+            getattr(tab, verb)(*arguments)
+        agrees(tab)
+        shown = {
+            name: text
+            for (part, name), text in tab.shown().items()
+            if not parts or {part, name} & {*parts.split()}
+        }
+        written += [f"> {line}", *(f"{n}: {t}" for n, t in shown.items() if known.get(n) != t)]
+        known |= shown
+    found = "\n".join([*written, ""])
+    if pytestconfig.getoption("--update"):
+        SNAPSHOT.write_text(found, "utf-8")
+    assert found == SNAPSHOT.read_text("utf-8"), "pytest -m browser --update tests/page"
 
 
-#: By address: the case, the level, and what isn't an input; of older pages, or of JavaScript.
-ADDRESSES = {
-    "": ({"law": 2, "b": 30.0}, "simple", ""),
-    "?level=all": (OPENING, "all", ""),
-    "#law=2&k=900000": ({"law": 2, "k": 9e5}, "all", ""),
-    "?law=1&club_speed=95mph": ({"club_speed": 42.4688}, "all", ""),
-    "?law=2&friction=0.3&level=simple": ({"law": 2}, "simple", "friction"),
-    "#constructor=5&__proto__=5": ({"law": 2, "b": 30.0}, "simple", "constructor, __proto__"),
-}
-
-
-def test_it_opens_with_the_case_asked_for(tab, tmp_path):
-    for address, (values, level, ignored) in ADDRESSES.items():
-        check(tab.open(address), **values)
-        assert tab.value("level") == level, address
-        assert tab.text("hint").startswith(f"Ignored in the address: {ignored}." * bool(ignored))
-    # What is refused at its control, whatever is ignored; the simple level stays.
-    check(tab.open("#k=1e6&club_speed=abc&foo=3&level=simple"), law=2, b=30.0)
-    why = "club_speed=abc is refused: 'abc' is not a number (e.g. 1.5)"
-    assert (tab.text("club_speed_refused"), tab.text("k_refused")) == (why, "")
-    assert tab.get("club_speed").get_attribute("aria-invalid") == "true"
-    assert tab.text("hint").startswith("Ignored in the address: foo.")
-    assert tab.text("hint").endswith(f"{why}. The pictures show the last accepted case.")
-    check(tab.open("#law=2&k=-1"), **OPENING)
-    assert tab.text("k_refused") == "k = -1 N/m is refused: it must be between 0.001 and 1e+15"
-    # The case of the file, at All if Simple can't show it; the address overrides it.
+def test_the_case_of_its_file(tab, tmp_path):
+    """At All if Simple can't show it; the address overrides it, and `#` overrides `?`."""
     tab.file = write_page(tmp_path / "law 1.html", {"k": 9e5})
-    check(tab.open(), k=9e5)
-    assert tab.value("level") == "all"
+    assert tab.open().value("address").endswith("#k=900000")
     tab.file = write_page(tmp_path / "mine.html", {"law": 2, "b": 20.0})
-    check(tab.open(), law=2, b=20.0)
-    check(tab.open("?k=2e6#law=2&k=5e5"), law=2, k=5e5)
+    assert tab.open().value("address").endswith("#b=20&law=2&level=simple")
+    assert tab.open("?k=2e6#law=2&k=5e5").value("address").endswith("#k=500000&law=2")
 
 
-def test_presets_and_examples(tab):
-    # The address of the start values isn't empty, which would be the opening.
-    assert tab.open("#law=1").value("address").endswith("#law=1")
-    for name, ball in BALLS.items():
-        check(tab.select("ball", name), **ball.values)
-        assert ball.source in tab.text("source")
-    check(tab.type("club_speed", "60"), **BALLS[name].values, club_speed=60)
-    assert "For 30 to 50 m/s, not for 60." in tab.text("source")
-    check(tab.press("Old ball"), k=5e5, b=12.0)
-    check(tab.press("Law 1 | law 2"), law=2)
-    assert tab.each("#pins input", "x.value") == ["Law 1"]
-    assert "document: 1.57" in tab.press("Document").text("readouts")
+def test_keys_undo_and_levels(tab):
+    def case():
+        return tab.value("address").partition("#")[2]
 
-
-def test_fields_take_units_and_refusals_are_announced(tab):
-    tab.open("#law=2").type("club_speed", "95 mph").type("k", "770N/mm").type("m_ball", "46,2")
-    values = {"law": 2, "club_speed": 42.4688, "k": 7.7e5, "m_ball": 0.0462, "b": 0.2}
-    tab.type("b", "0,2")
-    for name, text, why, right in (
-        ("k", "-5", "k = -5000 N/m is refused", "770"), ("k", "770lb", "'lb' isn't a", "770"),
-        ("k", "5 constructor", "isn't a unit", "770"),
-        ("b", "1,000", "write 1000 or 1.000", "0.2"), ("b", "1,000,000", "write 1000000", "0.2"),
-    ):  # fmt: skip
-        tab.type(name, text)
-        assert why in tab.text(f"{name}_refused")
-        assert tab.text("hint").startswith(tab.text(f"{name}_refused"))
-        check(tab, **values)
-        assert tab.type(name, right).text(f"{name}_refused") == ""
-        assert "refused" not in tab.text("hint")
-        assert tab.get(name).get_attribute("aria-invalid") == "false"
-    # Refused together: another control mends it.
-    tab.open("#law=2&exponent=1.6").get("input[name=law][value='1']").click()
-    assert "set exponent = 1, or law = 2" in tab.text("exponent_refused")
-    check(tab.type("exponent", "1"))
-    # Numbers that look like another unit's, in every unit.
-    words = "95 m/s is more than golf has (70 m/s). Write 95 mph or 95 km/h if you mean that."
-    assert tab.type("club_speed", "95").text("club_speed_idle") == words
-    tab.select("unit", "km/h").type("club_speed", "300")
-    assert tab.text("club_speed_idle") == "300 km/h is more than golf has (252 km/h)."
-    # Another unit forgets what is refused; a slider has its range before its value.
-    tab.type("club_speed", "x").select("unit", "mph")
-    assert (tab.value("club_speed"), tab.text("club_speed_refused")) == ("186.411", "")
-    tab.open("#club_speed=50&unit=mph")
-    assert (tab.value("club_speed"), tab.value("club_speed_slider")) == ("111.847", "112")
-    text, ball = results(tab)["ball_velocity"]
-    assert float(text) == pytest.approx(ball / 0.44704, abs=5e-4)
-    assert tab.type("club_speed", "110").text("club_speed_idle") == ""
-    assert tab.get("club_speed_slider").get_attribute("aria-valuetext") == "110 mph"
-    # What is being typed stays.
-    tab.open("#law=2").get("club_speed").send_keys(Keys.END, ".50")
-    check(tab.slide("k", 900), law=2, k=9e5)
-    assert tab.value("club_speed") == "35.50"
-
-
-def test_sliders_undo_and_levels(tab):
-    curves = "#force_figure path.line, #loop_figure path.line"
-    before = tab.open("#law=2").each(curves, "x.getAttribute('d')")
-    check(tab.slide("b", 10, 15, 20).slide("k", 900), law=2, b=20, k=9e5)
-    after = tab.each(curves, "x.getAttribute('d')")
-    assert len(before) >= 2
-    assert not {*before} & {*after}
-    tab.until(lambda: tab.js("return location.hash") == "#k=900000&b=20&law=2")
-    assert tab.value("command") == "golf-impact run --set k=900000 --set b=20 --set law=2"
-    # A slider's way is one step.
-    ActionChains(tab.browser).key_down(Keys.CONTROL).send_keys("z").key_up(Keys.CONTROL).perform()
-    check(tab, law=2, b=20)
-    check(tab.press("Undo"), law=2)
-    assert not tab.get("undo").is_enabled()
-    tab.get("b_slider").send_keys(Keys.ARROW_UP * 3, Keys.ARROW_DOWN)
-    check(tab, law=2, b=10)
-    check(tab.select("ball", "penner"), **PENNER)
-    assert not tab.get("b").is_enabled()
-    assert "the COR line determines the damping" in tab.text("b_idle")
-    # The simple level keeps what it can show, and has a ball that is legal.
-    check(tab.select("level", "simple"), law=2, k=PENNER["k"])
-    shown = "[...document.querySelectorAll(arguments[0])].filter((x) => x.checkVisibility())"
-    fields = tab.js(f"return {shown}.map((x) => x.name)", "#controls input[type=text]")
-    assert fields == ["k", "b", "club_speed", "m_club", "m_ball"]
-    assert tab.js(f"return {shown}.length", "figure") == 4
-    check(tab.press("Undo"), **PENNER)
-    check(tab.press("Reset"), law=2, b=30.0)
-    assert tab.text("headline") == "S = 1.4715   ball 51.503 m/s"
-    assert results(tab)["coefficient_of_restitution"][1] == pytest.approx(0.8, abs=0.01)
     # By keyboard to the first control.
     tab.open("#law=2")
     ActionChains(tab.browser).send_keys(Keys.TAB, Keys.ENTER, Keys.TAB, Keys.ARROW_UP).perform()
-    check(tab, law=2, k=1.01e6)
-    # No contact, no separation: no results that don't exist.
-    assert tab.open("#club_speed=-3").text("state").startswith("No contact")
-    assert tab.open("#b=5000").text("state").startswith("No separation")
-    there = {name for name, (_, value) in results(tab).items() if value is not None}
-    assert there == {"max_force", "max_compression"}
+    assert case() == "k=1010000&law=2"
+    # What is being typed stays.
+    tab.open("#law=2").get("club_speed").send_keys(Keys.END, ".50")
+    assert tab.slide("k", 900).value("club_speed") == "35.50"
+    # A slider's way is one step.
+    tab.open("#law=2").slide("b", 10, 15, 20).slide("k", 900)
+    assert case() == "k=900000&b=20&law=2"
+    tab.until(lambda: tab.js("return location.hash") == f"#{case()}")
+    ActionChains(tab.browser).key_down(Keys.CONTROL).send_keys("z").key_up(Keys.CONTROL).perform()
+    assert case() == "b=20&law=2"
+    assert (tab.press("Undo").get("undo").is_enabled(), case()) == (False, "law=2")
+    # Returned from at once: the present case isn't a step.
+    tab.slide("b", 10).slide("b", 9).press("Undo")
+    assert (tab.get("undo").is_enabled(), case()) == (True, "b=10&law=2")
+    # The simple level keeps what it can show, and has a ball that is legal.
+    tab.open().select("level", "all").select("ball", "penner").select("level", "simple")
+    assert case() == "k=770000&law=2&level=simple"
+    assert tab.press("Undo").press("Reset").text("headline").startswith("S = 1.4715")
+    # Another address of the same page.
+    assert tab.go("#k=700000").value("level") == "all"
 
 
 def test_the_ball_moves_once(tab):
@@ -199,16 +127,11 @@ def test_the_ball_moves_once(tab):
     # What the user does ends it.
     tab.open().type("b", "20")
     assert tab.get("play").get_attribute("aria-pressed") == "false"
-    features = [{"name": "prefers-reduced-motion", "value": "reduce"}]
-    tab.cdp("Emulation.setEmulatedMedia", features=features)
-    assert tab.open().get("play").get_attribute("aria-pressed") == "false"
+    assert tab.still().open().get("play").get_attribute("aria-pressed") == "false"
 
 
-def test_cursor_animation_pins_and_downloads(tab, tmp_path):
-    tab.cdp("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
+def test_play_and_a_mouse(tab):
     tab.open("#law=2")
-    dots = "#force_figure circle, #momenta_figure circle, #positions_figure circle"
-    assert len(set(tab.each(dots, "x.getAttribute('cx')"))) == 1
     for name in ("force", "loop"):
         before, picture = tab.text("cursor"), tab.get(f"{name}_figure")
         ActionChains(tab.browser).move_to_element_with_offset(picture, 40, -10).perform()
@@ -216,36 +139,19 @@ def test_cursor_animation_pins_and_downloads(tab, tmp_path):
     tab.press("▶ Play")
     seen = set()
     tab.until(lambda: seen.add(tab.value("scrub")) or len(seen) > 5)
-    tab.press("⏸ Pause").select("over", "k")
-    words = "here S 1.5842, COR 0.9307"
-    tab.until(lambda: words in tab.get("#sweep_figure svg").get_attribute("aria-label"))
-    # Lines are as wide as the grid.
-    ends = "(({left, right}) => [left, right])(x.getBoundingClientRect())"
-    (grid,), lines = (tab.each(f"#sweep_figure path.{kind}", ends) for kind in ("axis", "line"))
-    assert lines == [grid, grid]
+    tab.press("⏸ Pause")
+    # The most pins, and what is done with one.
     for n in range(8):
         tab.slide("b", 5 * n).press("Pin")
-    assert not tab.get("pin").is_enabled()
-    assert len(tab.each("#force_figure .pinned", "0")) == 8
-    files = [tmp_path / f"golf-impact-{name}" for name in ("path.csv", "pins.csv", "loop.svg")]
-    for file in files:
-        tab.select("download", file.name.removeprefix("golf-impact-")).until(file.exists)
-    path, pins, picture = (file.read_text() for file in files)
-    pinned = [*csv.DictReader(pins.splitlines())][2]
-    expected = golf_impact.run_impact(law=2, b=10)["ball_velocity"]
-    assert float(pinned["ball_velocity (m/s)"]) == pytest.approx(expected, rel=1e-14)
-    assert (path.startswith("time (s),force (N),"), path.count("\n")) == (True, 128)
-    assert re.match(r"<svg [^>]*xmlns=.*<style", picture)
-    check(tab.press("Remove").press("Reopen"), law=2, b=5)
+    assert (tab.get("pin").is_enabled(), len(tab.each("#force_figure .pinned", "0"))) == (False, 8)
+    assert tab.press("Remove").press("Reopen").value("address").endswith("#b=5&law=2")
+    assert (tab.get("pin").is_enabled(), len(tab.each("#force_figure .pinned", "0"))) == (True, 7)
 
 
 def test_tasks_and_sheets(tab):
-    tab.open().get("#tasks a").click()
-    check(tab, law=2, b=30.0)
-    check(tab.type("k", "500"), law=2, b=30.0, k=5e5)
-    # The answers are the page's own.
-    answers = tab.each("#key table:first-of-type tr", "x.cells[2].textContent")
-    assert answers[1] == results(tab)["smash_factor"][0]
+    tab.open("#level=all").get("#tasks a").click()
+    assert tab.each("#pins input", "x.value") == ["Stiffness"]
+    assert tab.value("address").endswith("#b=30&law=2&level=simple")
     assert set(tab.each("#worksheet td", "x.textContent")) == {""}
     tab.js("window.print = () => 0")
     tab.select("level", "all").press("Roh & Lee")

@@ -128,8 +128,10 @@ class Chart {
   }
 
   point(n) {
-    const x = this.X(this.across[n] ?? NaN).toFixed(1)
-    if (x == "NaN") return
+    const isThere = n in this.across
+    for (const mark of [this.cursor, ...this.dots]) place(mark, {visibility: isThere ? "visible" : "hidden"})
+    if (!isThere) return
+    const x = this.X(this.across[n]).toFixed(1)
     place(this.cursor, {x1: x, x2: x})
     this.dots.forEach((dot, k) => place(dot, {cx: x, cy: this.Y(this.up[k][n]).toFixed(1)}))
   }

@@ -52,8 +52,7 @@ function request(changes, control = Object.keys(changes)[0]) {
     draw()
   }, control)
 }
-function change(changes) {
-  const before = shown.values
+function change(changes, before = shown.values) {
   if (!request(changes)) return false
   past.push(before)
   get("undo").disabled = false

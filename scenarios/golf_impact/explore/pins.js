@@ -22,10 +22,11 @@ function drawPins() {
   drawCharts()
 }
 
-// Open a case, beside another one that is pinned.
+// Open a case, beside another one that is pinned: one step of undo.
 function openBeside(values, beside, name) {
+  const before = shown.values
   if (beside && request(beside) && !pins.some((one) => one.query == query())) pin(name)
-  change(values)
+  change(values, before)
 }
 
 // DOWNLOADS: files are made here. Columns are in SI units.
