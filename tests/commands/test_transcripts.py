@@ -1,18 +1,21 @@
-"""Terminal sessions in Markdown: what a user types and sees.
+"""Sessions in Markdown: what a user types and sees, in a terminal and in Python.
 
 Blocks ```console have commands (`$ …`) and what each prints: stdout, then stderr. `…` stands for
 any text, in a line of its own for any lines. A block has a fresh folder, with the files that stand
 above it (```toml NAME, ```python NAME). A last line such as [1] is the exit code, unless that is
 0, or 2 with a line "Error: ". golf-impact at the beginning of a line runs in this process, other
-commands in a shell.
+commands in a shell. Blocks ```pycon have Python (`>>> …`, `... …`); of an error its type, its
+variable and its sentence are printed.
 `pytest --update tests/commands/test_transcripts.py` writes what is printed: read the diff.
 """
 
+import io
 import os
 import re
 import shlex
 import subprocess
 import sys
+from contextlib import redirect_stdout
 from pathlib import Path
 
 import pytest
@@ -22,6 +25,12 @@ from command import COMMAND, DOCUMENTS, ROOT, contents, golf_here
 FOLDER = Path(__file__).parent / "transcripts"
 BLOCK = re.compile(r"^```(\w+)(?: (\S+))?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
+#: Languages of sessions, and where they aren't run.
+SKIPPED = {
+    "console": pytest.mark.skipif(sys.platform == "win32", reason="POSIX's shell and paths"),
+    "pycon": (),
+}
+
 
 def sessions():
     """The console blocks of all documents, with the files before them."""
@@ -29,9 +38,11 @@ def sessions():
         files = {}
         for number, block in enumerate(BLOCK.finditer(document.read_text("utf-8"))):
             language, name, text = block.groups()
-            if language == "console":
+            if language in SKIPPED:
                 title = document.relative_to(FOLDER if document.parent == FOLDER else ROOT)
-                yield pytest.param(document, text, files.copy(), id=f"{title}-{number}")
+                yield pytest.param(
+                    document, text, files.copy(), id=f"{title}-{number}", marks=SKIPPED[language]
+                )
             elif name:
                 files[name] = text
 
@@ -56,6 +67,18 @@ def printed(line, folder):
     return "\n".join(lines).strip("\n")
 
 
+def evaluated(line, names):
+    """What a line of Python prints."""
+    out = io.StringIO()
+    with redirect_stdout(out):
+        try:
+            exec(compile(f"{line}\n", "line", "single"), names)
+        except Exception as error:
+            of = f" of {error.variable}" if getattr(error, "variable", "") else ""
+            print(f"{type(error).__name__}{of}: {error}")
+    return out.getvalue().strip("\n")
+
+
 def matches(text, expected):
     """Whether it is the text that is expected, where `…` is any text."""
     lines = (
@@ -65,19 +88,20 @@ def matches(text, expected):
     return re.fullmatch("\n".join(lines), text)
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="POSIX's shell and paths")
 @pytest.mark.parametrize(("document", "session", "files"), [*sessions()])
-def test_a_session(tmp_path, pytestconfig, document, session, files):
+def test_a_session(tmp_path, monkeypatch, pytestconfig, document, session, files):
+    monkeypatch.chdir(tmp_path)
     for name, text in files.items():
         (tmp_path / name).write_text(text, "utf-8")
-    found = []
-    for call in re.split(r"(?m)^\$ ", session)[1:]:
-        line, _, expected = call.strip("\n").partition("\n")
-        text = printed(line, tmp_path)
+    found, names = [], {}
+    for call in re.split(r"(?m)^(?=\$ |>>> )", session)[1:]:
+        typed, expected = re.match(r"(.*(?:\n\.\.\..*)*)\n?((?s:.*?))\n*$", call).groups()
+        line = re.sub(r"(?m)^(\$|>>>|\.\.\.) ?", "", typed)
+        text = printed(line, tmp_path) if typed[0] == "$" else evaluated(line, names)
         fits = matches(text, expected)
         if not pytestconfig.getoption("--update"):
             assert fits or text == expected, line
-        found += [f"$ {line}", *(expected if fits else text).splitlines()]
+        found += [typed, *(expected if fits else text).splitlines()]
     if pytestconfig.getoption("--update"):
         new = "\n".join([*found, ""])
         document.write_text(document.read_text("utf-8").replace(session, new, 1), "utf-8")

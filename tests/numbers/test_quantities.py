@@ -1,4 +1,7 @@
-"""Tables beside the code: digits of their sources, formats, and units that fit their factors."""
+"""Tables beside the code: digits of their sources, and units that fit their factors.
+
+Sizes of units, formats, speeds of balls: transcripts/python.md.
+"""
 
 import math
 from importlib.resources import files
@@ -7,19 +10,14 @@ import pytest
 from cases import DEFAULTS, KINDS, Case, scales_of
 from compare import assert_close
 from golf_physics.variables import BY_NAME, MORE_UNITS, UNITS
-from scipy import constants
 
-from golf_impact.data.balls import BALLS
-from golf_impact.data.document import Printed
 from golf_impact.data.files import read_toml
-from golf_impact.data.quantities import QUANTITIES, Quantity, format_with_error, undefined_results
+from golf_impact.data.quantities import QUANTITIES, Quantity
 from golf_impact.data.runs import REALS
 from golf_impact.data.units import SYMBOLS, symbol_of, unit_of
 
 PAGE = read_toml(files("golf_impact.explore") / "page.toml")
 MEASURED = read_toml(files("golf_impact.data") / "measured.toml")
-
-# Digits of sources; of balls: transcripts/list.md, of measurements and start values: snapshots
 
 
 def test_columns_of_the_tour_add_up():
@@ -27,60 +25,6 @@ def test_columns_of_the_tour_add_up():
     columns = [*zip(*MEASURED["pga"]["rows"])][1:]
     totals = [1173, -37.7, 1645, 164.2, 69098, 388, 583, 2446, 2.966]
     assert list(map(math.fsum, columns)) == pytest.approx(totals, rel=1e-12)
-
-
-def test_speeds_of_balls():
-    """The source document's and Roh & Lee's 35 m/s, Penner's line, drivers of the tour."""
-    ranges = {name: ball.speeds for name, ball in BALLS.items()}
-    documents = dict.fromkeys(("document", "document-old"), (30.0, 40.0))
-    assert ranges == dict.fromkeys(BALLS, (30.0, 50.0)) | documents | {"tour": (45.0, 55.0)}
-
-
-# Formats
-
-
-def test_half_a_printed_digit():
-    for text, scale, half in (("621", 1e-6, 5e-7), ("21.50", 1.0, 5e-3), ("91", 0.01, 5e-3)):
-        number = Printed(text, scale)
-        assert (number.value, number.half_digit) == pytest.approx((float(text) * scale, half))
-        assert number.is_near(number.value + 0.9999 * half)
-        assert not number.is_near(number.value + 1.0001 * half)
-        assert number.is_near(number.value - 1.9999 * half, halves=2.0)
-
-
-@pytest.mark.parametrize(
-    ("value", "error", "text"),
-    [
-        (827312.3, 5678.9, "827300 ± 5700"),
-        (0.86, 0.0123, "0.860 ± 0.012"),
-        (9_999_900.0, 2e3, "9999900 ± 2000"),
-        (-1e7, 2e3, "(-1.00000 ± 0.00020)e7"),
-        (1e7, 3e8, "(0.1 ± 3.0)e8"),
-        (-4.56e-5, 1.2e-9, "(-4.56000 ± 0.00012)e-5"),
-        (1e-3, 1.2e-9, "0.0010000000 ± 0.0000000012"),
-        (-4.56e-5, 1.2e-8, "-0.000045600 ± 0.000000012"),
-        (-1e-9, 4.1e-7, "0.00000000 ± 0.00000041"),
-        (1.5, 0.0, "1.5"),
-        (1.5, None, "1.5 (error not defined)"),
-        (1.5, math.inf, "1.5 (error not defined)"),
-    ],
-)
-def test_a_value_and_its_error(value, error, text):
-    assert format_with_error(value, error) == text
-
-
-def test_an_error_that_is_rounding():
-    """That of a momentum which no parameter changes isn't printed."""
-    about = QUANTITIES["momentum"]
-    assert about.format_value(8.4, 8.3e-13) == "8.4000"
-    assert about.format_value(8.4, 8.3e-6) == "8.4000000 ± 0.0000083"
-
-
-def test_results_without_a_value():
-    assert [*undefined_results(touched=True, separated=False)] == [
-        "smash_factor", "coefficient_of_restitution", "energy_efficiency", "contact_time",
-        "contact_displacement",
-    ]  # fmt: skip
 
 
 # Units
@@ -110,22 +54,6 @@ def test_units_fit_their_factors():
         assert (si, quantity.factor * size) == (unit, pytest.approx(1.0)), name
     for name, control in PAGE["controls"].items():
         assert size_of(control["unit"])[0] == (unit_of(name) or "1"), name
-
-
-def test_sizes_of_units():
-    """SciPy's, after NIST; those of prefixes by their powers of ten."""
-    sizes = {
-        "in": constants.inch, "ft": constants.foot, "oz": constants.oz, "lb": constants.lb,
-        "lbf": constants.lbf, "mph": constants.mph, "km/h": constants.kmh, "kmh": constants.kmh,
-        "kph": constants.kmh, "ft/s": constants.foot, "fps": constants.foot,
-        "deg": constants.degree, "°": constants.degree, "rpm": 2.0 * constants.pi / 60.0,
-        "lbf/in": constants.lbf / constants.inch, "%": 0.01, "daN": 10.0, "kN/mm": 1e6,
-        "N/mm": 1e3, "MN/m": 1e6, "kN/m": 1e3, "kN": 1e3, "MN": 1e6, "mN": 1e-3,
-        "kgf": constants.kgf,
-        "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "g": 1e-3, "ms": 1e-3, "us": 1e-6, "ns": 1e-9,
-    }  # fmt: skip
-    found = {symbol: size for symbol, (_, size) in SYMBOLS.items() if size != 1.0}
-    assert found == pytest.approx(sizes, rel=1e-12)
 
 
 #: Exponents of kg, m and s by unit.

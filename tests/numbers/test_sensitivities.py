@@ -1,6 +1,7 @@
 """Partial derivatives against differences: of the reference with 80 digits, of results themselves.
 
-Tolerance: 1e-8 of output/variable, or of the derivative if that is larger.
+Tolerance: 1e-8 of output/variable, or of the derivative if that is larger. Cases without
+derivatives, and what is refused: transcripts/python.md.
 """
 
 import numpy as np
@@ -64,54 +65,6 @@ def test_all_results(values):
         sizes = golf_impact.run_impact(METRICS, **values)
         for name, slope in slopes.items():
             assert_slope(values, name, variable, found[name][variable], slope, sizes[name])
-
-
-def test_cases_without_sensitivities():
-    """They are NaN, with the reason of the first; the others are as if they were alone."""
-    k, speed = np.array([1e6, -1.0, 2e6, 1e6]), np.array([[35.0], [-1.0]])
-    got = golf_impact.sensitivities(["impulse"], ["k", "club_speed"], k=k, club_speed=speed)
-    assert list(got) == ["impulse"]
-    assert list(got["impulse"]) == ["k", "club_speed"]
-    # Refused, and without a contact.
-    for slope in got["impulse"].values():
-        assert np.isnan(slope).tolist() == [[False, True, False, False], [True] * 4]
-    assert got.refused.tolist() == [[False, True, False, False]] * 2
-    assert got.reason.startswith("k = -1 N/m is refused")
-    alone = golf_impact.sensitivities(["impulse"], ["k"], k=2e6)
-    assert alone["impulse"]["k"].shape == ()
-    assert alone["impulse"]["k"] == pytest.approx(got["impulse"]["k"][0, 2], rel=1e-13)
-    assert alone.reason == ""
-
-
-#: Output, variable, values of two cases, and which of them has no derivative, why.
-WITHOUT = [
-    ("impulse", "k", {"club_speed": [35.0, -1.0]}, 1, "the bodies don't touch"),
-    ("impulse", "exponent", {"law": [1, 2]}, 0, "exponent = "),
-    ("smash_factor", "k", {"b": [9.0, 2000.0]}, 1, "smash_factor doesn't exist"),
-    ("impulse", LINE[0], {"law": 2, LINE[0]: [0.8, 0.0]}, 1, "slope over restitution"),
-    ("contact_time", "b", {**BALL, "b": [9.0, 0.0]}, 1, "contact_time has no finite slope over b"),
-]
-
-
-@pytest.mark.parametrize(("output", "variable", "values", "which", "reason"), WITHOUT)
-def test_where_there_are_none(output, variable, values, which, reason):
-    got = golf_impact.sensitivities(output, variable, **values)
-    assert np.isnan(got[output][variable]).tolist() == [which == 0, which == 1]
-    assert reason in got.reason
-    assert not got.refused.any()
-
-
-def test_none_is_asked_for():
-    assert golf_impact.sensitivities([], ["k"]) == {}
-    assert golf_impact.sensitivities(["impulse"], []) == {"impulse": {}}
-
-
-def test_names_that_are_refused():
-    outputs = ({"outputs": name} for name in ("touched", "force", "ball_position"))
-    for given in (*outputs, {"wrt": "law"}, {"wrt": "club_force"}):
-        (name,) = given.values()
-        with pytest.raises(golf_impact.UserError, match=f"{name} is refused"):
-            golf_impact.sensitivities(**given)
 
 
 #: ζ = 1/2, from which the force falls from touch on: there and beyond the largest is b v.
