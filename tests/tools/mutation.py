@@ -65,6 +65,15 @@ def pytest_configure():
         signal.alarm(_LONGEST)
 
 
+def switch_context(name):
+    """What is executed from now on, also by subprocesses, is executed by this test or fixture."""
+    os.environ["MUTATION_TEST"] = name
+    if "COVERAGE_PROCESS_START" in os.environ:
+        from coverage import Coverage
+
+        Coverage.current().switch_context(name)
+
+
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(items):
     # The compiler of this machine: native FMUs for all platforms take ten times as long.
@@ -75,17 +84,30 @@ def pytest_collection_modifyitems(items):
         items[:] = [i for i in items if i.nodeid not in skip and (i.nodeid in place or not run)]
         items.sort(key=lambda item: place.get(item.nodeid, 0))
         resource.setrlimit(resource.RLIMIT_DATA, (8 << 30, 8 << 30))
+    users = defaultdict(list)
+    for item in items:
+        for fixtures in item._fixtureinfo.name2fixturedefs.values():
+            users[str(fixtures[-1])].append(item.nodeid)
+    Path(os.environ["MUTATION_REPORT"]).with_name("users").write_text(json.dumps(users))
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_protocol(item):
-    os.environ["MUTATION_TEST"] = item.nodeid
-    if "COVERAGE_PROCESS_START" in os.environ:
-        from coverage import Coverage
-
-        Coverage.current().switch_context(item.nodeid)
-    else:
+    switch_context(item.nodeid)
+    if "COVERAGE_PROCESS_START" not in os.environ:
         signal.alarm(_LONGEST)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_fixture_setup(fixturedef):
+    """What a shared fixture executes, all tests that use it execute."""
+    test = os.environ["MUTATION_TEST"]
+    if fixturedef.scope != "function":
+        switch_context(str(fixturedef))
+    try:
+        return (yield)
+    finally:
+        switch_context(test)
 
 
 def pytest_runtest_logreport(report):
@@ -199,12 +221,14 @@ class Coverage(NamedTuple):
             places = (str(Path(folder, name)) for folder in folders)
             return next((place for place in places if (ROOT / place).is_file()), name)
 
+        users = json.loads((data / "users").read_text())
         lines: dict = defaultdict(lambda: defaultdict(set))
         for part in data.glob("c.*"):
             (read := CoverageData(str(part))).read()
             for file in read.measured_files():
-                for line, tests in read.contexts_by_lineno(file).items():
-                    lines[source(file)][line].update(tests)
+                for line, by in read.contexts_by_lineno(file).items():
+                    tests = (users.get(one, [one]) for one in by)
+                    lines[source(file)][line].update(chain.from_iterable(tests))
         return lines
 
     def tests(self, mutant: Mutant) -> list[str]:
