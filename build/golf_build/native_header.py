@@ -14,6 +14,7 @@ from golf_physics.laws import contact, integrated, linear, power_law
 from golf_physics.numerics import chebyshev, gauss, ode
 from golf_physics.variables import (
     BY_NAME,
+    CO_SIMULATION_ONLY,
     INDICATORS,
     INPUTS,
     LAWS,
@@ -42,6 +43,7 @@ def header(fmi: int, token: str, start: Mapping[str, float]) -> str:
     rows += (row for row in MORE_VARIABLES if fmi == 3 or (fmi == 2 and row.name != "time"))
     places = {row.reference: place for place, row in enumerate(rows)}
     nominals = [BY_NAME[name].nominal for name in STATES if fmi]
+    historical = " || ".join(f"(reference) == VR_{name}" for name in CO_SIMULATION_ONLY)
     sentences = dict(_sentences())
     started = (row._replace(start=start.get(row.name, row.start)) for row in rows)
     return f"""/* Made from golf_physics by golf_build.native_header. */
@@ -80,6 +82,9 @@ static const Variable TABLE[] = {{
 
 /* Places in the table by value reference; -1: there is none. */
 {_array("PLACES", [places.get(n, -1) for n in range(max(places) + 1)], "signed char")}
+
+/* Outputs that depend on the history of the contact, not only on its states. */
+#define NEEDS_HISTORY(reference) ({historical})
 
 {_array("NOMINALS", nominals) if fmi else ""}
 {_lines(_constants())}

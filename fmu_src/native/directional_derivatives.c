@@ -77,7 +77,7 @@ static double unknown_change(Component *c, uint32_t reference, const Change *d)
     double v_club = is_free ? d->club_speed : d->v_club, u = i->touch.club_speed;
     double energy = p->m_club * s->v_club * v_club + p->m_ball * s->v_ball * d->v_ball;
     double at_touch = twice_kinetic_energy(p, u, p->ball_speed);
-    if (needs_history(reference)) return NAN;
+    if (NEEDS_HISTORY(reference)) return NAN;
     switch (reference) {
     case VR_force: return s->force < 0.0 ? 0.0 : force_change(c, i, d);
     case VR_club_position: return d->x_club;

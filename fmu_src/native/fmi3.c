@@ -81,9 +81,9 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Bool
     Component *self = COMPONENT(c);
     *again = *nominals = *is_defined = fmi3False;
     *when = 0.0;
-    if (self->is.is_solved || self->is.mode != STEPPING) {
-        is_legal = update_solution(self, &must_stop);
-    } else {
+    if (self->is.is_solved || self->is.mode != STEPPING) is_legal = update_solution(self, &must_stop);
+    /* Also those of start values that have been corrected. */
+    if (!self->is.is_solved && self->is.mode == STEPPING) {
         begin_events(self, self->is.point, &events);
         *is_defined = next_event(self, &events, when);
     }

@@ -128,13 +128,6 @@ static double impulse_of_solution(const Component *c)
     return c->is.is_dragged ? NAN : p->m_ball * (c->is.states[3] - p->ball_speed);
 }
 
-/* Outputs that depend on the history of the contact, not only on its states. */
-static int needs_history(uint32_t reference)
-{
-    return reference == VR_mean_force || reference == VR_max_force
-           || reference == VR_time_of_max_force || reference == VR_max_compression;
-}
-
 /* THE HOST'S SOLVER */
 
 static void get_states(Component *c, double states[])

@@ -51,7 +51,7 @@ static double output(Component *c, uint32_t reference)
 {
     Impact *i = c->has_state ? &c->is.impact : present(c);
     const Parameters *p = &c->is.parameters;
-    if (c->is.is_solved && needs_history(reference)) return NAN;
+    if (c->is.is_solved && NEEDS_HISTORY(reference)) return NAN;
     switch (reference) {
     case VR_mean_force: return mean_force(i, instant_now(c), c->is.last_step);
     case VR_touched: return has_touched(i);
