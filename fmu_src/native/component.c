@@ -390,8 +390,10 @@ static int check_step(Component *c, double point, double size)
         return 0;
     }
     if (is_another || size != is->last_step) begin_steps(c, instant_now(c), size);
-    if (has_changed) impact_copy(&is->impact, &changed);
-    if (is_another) is->first_phase = changed.phase;
+    if (has_changed) {
+        impact_copy(&is->impact, &changed);
+        is->first_phase = changed.phase;
+    }
     is->inputs = inputs;
     is->origin = origin;
     is->count += 1.0;

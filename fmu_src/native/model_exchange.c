@@ -22,7 +22,6 @@ static void begin_solution(Component *c)
     is->time = is->start_time;
     /* From here on the clock is the host's time. */
     is->origin = 0.0;
-    is->is_dragged = 0;
     is->states[0] = -p->gap;
     is->states[1] = 0.0;
     is->states[2] = is->inputs.club_speed;
@@ -181,7 +180,6 @@ static Refusal handle_event(Component *c)
         i->phase = CONTACT;
         i->touch = (Touch){{is->time, 0.0}, now.x_ball, now.v_club};
         i->begin = i->touch.instant;
-        i->acting = acting_inputs(p, inputs, closing);
     } else if (i->phase == CONTACT) {
         ahead.force = law_force(p, i->acting.k, i->acting.b, ahead.x_club - ahead.x_ball, closing);
         if (!is_over(c, i, &ahead)) return ACCEPTED;

@@ -9,6 +9,7 @@ from conftest import HERE, some
 from hypothesis import HealthCheck, Phase, given, settings
 from lockstep import ERROR, Session, random_lines
 
+from golf_build import native
 from golf_build.system import COMPANIONS
 from golf_impact.data.files import read_toml
 
@@ -27,7 +28,7 @@ def session(request, pytestconfig, way_of):
     """A session; after a crash the trace in pytest's cache ends with the call that did it."""
     names = MODELS[request.param]
     # Functions of another C library differ from Python's.
-    if sys.platform != "linux" or pytestconfig.getoption("--native"):
+    if sys.platform != "linux" or not native.pythonfmu_runs_here():
         names = [name for name in names if name != "FMI 2.0"]
     folders = [way_of(name).slave.unzipDirectory for name in names]
     trace = pytestconfig.cache.mkdir("lockstep") / request.param

@@ -285,13 +285,3 @@ def test_an_integration_that_diverges_is_refined():
     # Elastic: velocities by momentum and energy.
     mean = (35.0 * 0.21 + 2.0 * 0.04593) / 0.25593
     assert phase.end_velocities() == pytest.approx([2 * mean - 35.0, 2 * mean - 2.0], rel=1e-13)
-
-
-# Refusals
-
-
-def test_a_step_to_a_touch_that_is_refused(way):
-    """At 35 m/s the COR would be 0.1 - 0.1015: refused if touch falls at the end of the step."""
-    for size, accepted in ((0.01, False), (0.01 * (1.0 - 1e-9), True)):
-        line = {"restitution_at_rest": 0.1, "restitution_slope": 0.0029}
-        assert way.begin({"law": 2, "gap": 0.35, **line}).step(size) == accepted
