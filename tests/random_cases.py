@@ -4,7 +4,7 @@ import math
 import random
 
 import numpy as np
-from cases import Case
+from cases import CASES, Case
 
 from golf_impact.evidence.random_impacts import (
     contact_time_of_law_2,
@@ -47,15 +47,24 @@ def accepted(number, pushed):
         "club_speed": rng.uniform(1.0, 80.0), "gap": rng.choice([0.0, rng.uniform(0.0, 0.01)]),
         "ball_speed": rng.choice([0.0, rng.uniform(-20.0, 4.0)]),
     }  # fmt: skip
-    ratio = rng.choice([0.0, rng.uniform(0.0, 0.9), 10.0 ** rng.uniform(-4, 1)])
-    values["b"] = ratio * critical_damping(values)
+    ratio = rng.choice(
+        [
+            0.0,
+            rng.uniform(0.0, 0.9),
+            10.0 ** rng.uniform(-4, 1),
+            10.0 ** rng.uniform(1, 3.9),
+            beside(rng, 1.0),
+        ]
+    )
     if values["law"] == 2 and rng.random() < 0.5:
         values["exponent"] = rng.choice([1.0 + 1e-9, 1.5, rng.uniform(1.0, 3.0), 5.0, 12.0])
         values["reference_compression"] = 10.0 ** rng.uniform(-3, -1)
+    n = values.get("exponent", 1.0)
+    values["b"] = ratio * math.sqrt(0.5 * (n + 1.0)) * critical_damping(values)
     if values["law"] == 2 and rng.random() < 0.3:
         values["restitution_at_rest"] = rng.uniform(0.1, 1.0)
         values["restitution_slope"] = rng.uniform(0.0, 0.01)
-    if rng.random() < pushed:
+    if rng.random() < pushed and ratio < 10.0:
         values["club_force"] = rng.uniform(-2000.0, 2000.0)
     return values
 
@@ -124,11 +133,64 @@ def beside(rng, value):
 
 
 def history(way, number):
-    """All outputs of a way at random steps, with changed inputs, and what it refuses."""
-    rng, found = random.Random(number), []
-    way.begin(whole(number, pushed=0.3), start=rng.choice([0.0, rng.uniform(-5.0, 5.0)]))
-    for _ in range(rng.randint(1, 12)):
-        if rng.random() < 0.3:
-            way.set(k=10.0 ** rng.uniform(4, 8), b=10.0 ** rng.uniform(-1, 3))
-        found += [way.step(10.0 ** rng.uniform(-6, -3)), way.read()]
-    return [*found, *way.messages]
+    """All outputs of a way at some instants of an impact, and what it refuses, as text.
+
+    A first step finds touch, the largest force and separation. Instants are there, or some units in
+    the last place beside, in between, and long after. Before some steps inputs change, also so that
+    the bodies just part, or a state is restored.
+    """
+    rng, case = random.Random(f"history {number}"), _case_of_history(number)
+    values, found = case.values, []
+    accepted, now = way.begin(case.given, case.start).step(case.end or 1.0), way.read()
+    if not accepted:
+        return repr((now, way.messages))
+    touch, span = now["touch_time"] - case.start, now["contact_time"] or case.end or 1.0
+    critical, peak = critical_damping(values), now["max_force"] or 1.0
+    may_be_pushed = values["b"] < 2.0 * critical  # otherwise the integration is slow
+
+    def changed(kind):
+        if kind == 0 and may_be_pushed:
+            power = rng.uniform(-4, rng.choice((0, 1, 8)))
+            return {"club_force": rng.choice((0.0, 1.0, -1.0)) * peak * 10.0**power}
+        if kind == 1:
+            return {"club_speed": values["club_speed"] * rng.uniform(0.5, 2.0)}
+        if kind == 2:
+            return {name: values[name] for name in ("k", "b")}
+        if kind == 3:
+            relative = now["compression"] / values["reference_compression"]
+            stiffness = values["k"] * relative ** (0.5 * (values["exponent"] - 1.0))
+            opening = now["ball_velocity"] - now["club_velocity"]
+            none_left = stiffness * now["compression"] / opening if opening > 0.0 else 0.0
+            return {"b": min(beside(rng, none_left), 3.0 * critical)}
+        factors = 1.0, beside(rng, 1.0), 4.0, 10.0 ** rng.uniform(-3, 3)
+        dampings = 0.0, rng.random(), beside(rng, 1.0), 10.0 ** rng.uniform(-3, 1)
+        k, b = values["k"] * rng.choice(factors), critical * rng.choice(dampings)
+        return {"k": k, "b": rng.choice((b, values["b"]))}
+
+    events = touch, touch + now["time_of_max_force"], touch + span
+    points = [beside(rng, rng.choice(events)) for _ in range(rng.randint(0, 3))]
+    points += [touch + span * rng.uniform(0.0, 1.1) for _ in range(rng.randint(1, 4))]
+    points += [point + span * 10.0 ** rng.uniform(-15, -2) for point in points[::2]]
+    points += [touch + span * 10.0 ** rng.uniform(0, 4)]
+    way.begin(values | (changed(0) if rng.random() < 0.3 else {}), case.start)
+    time = 0.0
+    for point in sorted({point for point in points if point > 0.0}):
+        way.set(**(changed(rng.randrange(6)) if rng.random() < 0.5 else {}))
+        if rng.random() < 0.1:
+            saved = way.save(as_bytes=rng.random() < 0.5)
+            found.append(way.step(span * rng.random()))
+            way.restore(saved)
+        accepted, now, time = way.step(point - time), way.read(), point
+        found += [accepted, now]
+    return repr((found, way.messages))
+
+
+def _case_of_history(number):
+    if number < len(CASES):
+        return [*CASES.values()][number]
+    if number % 4 == 0:
+        return special(number)
+    if number % 4 == 1:
+        return far(number)
+    start = random.Random(f"start {number}").choice((0.0, 0.0, -4.5, 3.7))
+    return Case("whole", whole(number, pushed=0.3), start=start)

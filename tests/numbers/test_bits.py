@@ -1,4 +1,4 @@
-"""The same bits in every Python; in every FMU: contract/test_lockstep.py.
+"""The same bits in C and in every Python; in every FMU: contract/test_lockstep.py.
 
 sum() and math.hypot have changed with Python, so the physics uses neither.
 """
@@ -47,6 +47,14 @@ for values, changes in json.loads(sys.argv[2]):
         found += [value.hex() for value in component.reals(reals)[: len(reals)]]
 print(json.dumps([sys.version_info[:2], found]))
 """
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="C and Python have other libraries' functions")
+def test_bits_of_c(way_of):
+    """Whatever a host does with an impact: outputs and refusals."""
+    native, physics = map(way_of, ("native, FMI 2.0", "in process"))
+    histories = random_cases.history
+    assert not [n for n in range(300) if histories(native, n) != histories(physics, n)]
 
 
 def changed_impacts():
