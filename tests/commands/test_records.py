@@ -2,193 +2,70 @@
 
 import json
 import math
-from itertools import cycle
+from pathlib import Path
 
 import numpy as np
 import pytest
-from command import golf_here, refused
+from command import golf_here
 from test_calibrate import AT, PENNER, record
 
 import golf_impact
 from golf_impact.data.errors import UserError
+from golf_impact.data.files import read_toml
 from golf_impact.data.measured import MPH
+from golf_impact.studies.calibrate import records
 from golf_impact.studies.calibrate.measurements import measured, measurements, number
-from golf_impact.studies.calibrate.records import FORCE, SIGMA, TIME, read_table
 
-SCOPE = "Model,X1\nLabel,CH1,CH2\nVertical Offset,0,0\nVertical Scale,1,1\n\nTIME,CH1,CH2\n"
-BESIDE = "Record Length,2.5e3,,0,0.5,\nTrigger Point,1,,1,1,\nSource,CH1,,2,1.5,\n,,,3,2,\n"
-SEGMENTS = "SCOPE9,1,Waveform\nSegments,1,SegmentSize,2\n#1,24-Nov-2020,0\nTime,Ampl\n"
-HUNDRED = "time,force\n" + "".join(f"{n},{n}\n" for n in range(1, 100))
-TABLES = {
-    "plain": ("time,force\n0,1\n1,2\n", "", [[0, 1], [1, 2]]),
-    "units": ("time [ms],force (kN)\n0,1\n1,2\n", "", [[0, 1e-3], [1e3, 2e3]]),
-    "tabs": ("t_us\tF/kN\n0\t1\n1\t2\n", "", [[0, 1e-6], [1e3, 2e3]]),
-    "commas": ("Zeit [µs];Kraft [kN]\n0,5;1,25\n\n1,5;2\n", "", [[5e-7, 1.5e-6], [1250, 2e3]]),
-    "units below": ("# x\nTime,A,B\n(us),(V),(kN)\n\n0,9,1\n1,9,2\n", "Time,B",
-        [[0, 1e-6], [1e3, 2e3]]),
-    "numbers": ("0,9,1\n1,9,2\n", "1 [ms],3", [[0, 1e-3], [1, 2]]),
-    "spaces": ("0 1\n1 2\n", "", [[0, 1], [1, 2]]),
-    "quoted": ('"time","force"\n"0","1" # first\n"1","2"\n', "", [[0, 1], [1, 2]]),
-    "comment": ("# Load [lbf]: 9\n# time,force\n# May,1\n0,1\n1,2\n", "", [[0, 1], [1, 2]]),
-    "rate": ("Hz,1e6\n0,1\n1,2\n", "1 [ms],2", [[0, 1e-3], [1, 2]]),
-    "order": ("scope\nforce,time\n1,0\n2,1\n", "", [[0, 1], [1, 2]]),
-    "sigma": ("time,force,sigma\n0,1,5\n1,2,5\n", "", [[0, 1], [1, 2], [5, 5]]),
-    "text": ("clock,time,force,status\n12:01,0,1,OK\n12:01,1,2,clip\n", "", [[0, 1], [1, 2]]),
-    "settings above": (SCOPE + "0,9,0.5\n1,9,1\n", "TIME [s],CH2 [2 kN/V]", [[0, 1], [1e3, 2e3]]),
-    "by number": (SCOPE + "0,9,0.5\n1,9,1\n", "1,3 [10 mV/N]", [[0, 1], [50, 100]]),
-    "beside": (BESIDE, "4 [s],5 [2kN/V]", [[0, 1, 2, 3], [1e3, 2e3, 3e3, 4e3]]),
-    "units in words": ("x-axis,1,2\nsecond,mV,Volt\n0,500,9\n1,1e3,9\n", "x-axis,1 [2 kN/V]",
-        [[0, 1], [1e3, 2e3]]),
-    "segment": (SEGMENTS + "0,0.5\n1,1\n", "Time,Ampl [100 N/V]", [[0, 1], [50, 100]]),
-    "rows": ("X,CH1,Start,Increment,\nSequence,Volt,-3e-4,1.2e-6,\n0,0.5,,\n1,1,,\n",
-        "X,CH1 [2.5 kN/V]", [[-3e-4, -3e-4 + 1.2e-6], [1250, 2500]]),
-    "sens head": ("t [1.6 us],F [2.25 mV/N]\n0,1\n1,2\n", "",
-        [[0, 1.6e-6], [444.444444, 888.888888]]),
-    "sens comma": ("t;F\n,5;1,5\n1;2,0\n", "t [1,6 us],F [.5 kN/V]", [[8e-7, 1.6e-6], [750, 1000]]),
-    "sens e": ("t,F\n0,1\n1,2\n", "t [s],F [225e-2 mV/N]", [[0, 1], [444.444444, 888.888888]]),
-    "run": ("Time (s) Run #1,Force (N) Run #1\n0,1\n1,2\n", "", [[0, 1], [1, 2]]),
-    "sections": ("Logger File\t\nWriter_Version\t2\nDecimal_Separator\t,\n"
-        "***End_of_Header***\t\n\nChannels\t1\nDate\t2020/10/10\nTime\t14:22:33,123\n"
-        "X_Dimension\tTime\nX0\t0,0E+0\nDelta_X\t1,0E-6\n***End_of_Header***\n"
-        "X_Value\tVoltage\tComment\n0,000000\t0,5\t\n1,000E-6\t0,75\t\n",
-        "X_Value,Voltage [2 kN/V]", [[0, 1e-6], [1000, 1500]]),
-    "sections nox": ("Logger File\t\nX0\t1,0E-3\nDelta_X\t1,0E-6\n***End_of_Header***\n"
-        "X_Value\tForce [N]\tComment\n\t0,5\n\t0,75\n", "", [[1e-3, 1.001e-3], [0.5, 0.75]]),
-    "words": ("Record Length,Analog:3500\nSample Interval,Analog:2.0E-7\nVertical Units,CH1:V\n"
-        "Source,CH1\nSecond,Volt\n0.1,0.5\n0.2,1\n", "Second,Volt [2 kN/V]",
-        [[0.1, 0.2], [1000, 2000]]),
-    "no times": ('"Model","X2"\n"TraceName","CH1"\n"VUnit","V"\n"SampleRate","1.25e6"\n'
-        '"HResolution",8e-7\n"HOffset",-5e-4\n\n,0.5,\n,1.0,\n', "row,2 [2 kN/V]",
-        [[-5e-4, -4.992e-4], [1000, 2000]]),
-    "rate comma": ("Abtastrate: 250,5 kHz\nKraft [kN]\n1\n2\n", "", [[0, 1 / 250_500], [1e3, 2e3]]),
-    "rate, thousands": ("Sample Rate: 500,000 Hz\nF (N)\n1.5\n2\n", "", [[0, 2e-6], [1.5, 2]]),
-    "rate quoted": ('Sample Rate,"500,000"\nForce\n1.5\n2\n', "", [[0, 2e-6], [1.5, 2]]),
-    "commas alone": ("Interval (ms);4\nF (kN)\n0,1\n0,15\n", "", [[0, 4e-3], [100, 150]]),
-    "thousands, quoted": ('t,F\n0,"1,250"\n1,"1,251"\n', "", [[0, 1], [1250, 1251]]),
-    "thousands by column": ("time\tforce\n0\t999\n1\t1,250\n", "", [[0, 1], [999, 1250]]),
-    "unit lines": ("Time Units,us\nForce unit: kN\nt,F\n0,1\n1,2\n", "", [[0, 1e-6], [1e3, 2e3]]),
-    "label beside units": ("time;force\nUnit;ms;kN\n0;1\n1;2\n", "", [[0, 1e-3], [1e3, 2e3]]),
-    "label beside heads": (";SampleRate, 400,Hz\n;Headers, time,Ax,Az\n0.1,9,1\n0.2,9,2\n",
-        "time,Az [2.5 N]", [[0.1, 0.2], [2.5, 5]]),
-    "rate with spaces": ("Sample rate = 200 000 Hz\nForce (N)\n1\n2\n", "", [[0, 5e-6], [1, 2]]),
-    "rate, commas": ("Rate: 200,000 Hz\nNo,F [N]\n0,1.5\n1,2\n", "", [[0, 5e-6], [1.5, 2]]),
-    "rate, points": ("Abtastrate: 200.000 Hz\nF [N]\n0,5\n1,5\n", "", [[0, 5e-6], [0.5, 1.5]]),
-    "no header but commas": ("0,05\n1,25\n", "row [1 us],1 [N]", [[0, 1e-6], [0.05, 1.25]]),
-    "rate in k": ("Sample Rate,250 k\nForce (N)\n1\n2\n", "", [[0, 4e-6], [1, 2]]),
-    "logger": ("logger\t\nZeit  1 - Standardmessrate\tKraft\ns\tkN\n0,001\t1,5\n0,002\t-2,25\n",
-        "", [[1e-3, 2e-3], [1500, -2250]]),
-    "thousands": ('time [us],force\n"1,000.5","1,250.25"\n"2,000","999.5"\n', "",
-        [[1000.5e-6, 2e-3], [1250.25, 999.5]]),
-    "german th": ("Zeit [us];Kraft\n1.000,5;1.250,25\n2000;999,5\n", "",
-        [[1000.5e-6, 2e-3], [1250.25, 999.5]]),
-    "upper": ("TIME (MS),FORCE (KN)\n0,1\n1,2\n", "", [[0, 1e-3], [1e3, 2e3]]),
-    "lbf": ("Time (ms),Load (lbf)\n0,1\n1,2\n", "", [[0, 1e-3], [4.4482216152605, 8.896443230521]]),
-    "ws head": ("Time (s)   Force (N)\n 0.0  1.0\n 1.0  2.0\n", "", [[0, 1], [1, 2]]),
-    "tinc": ("CH1V, t0 =-5e-2s, tInc = 1e-6,\n0.5\n1.0\n", "1 [2 kN/V]",
-        [[-0.05, -0.049999], [1000, 2000]]),
-    "units above": ("Horizontal Units,ms,\nVertical Units,mV,mV\nTIME,CH1,CH2\n0,9,1\n1,9,2\n",
-        "TIME,CH2 [2 kN/V]", [[0, 1e-3], [2, 4]]),
-    "sensors below units": ("Zeit  1\tKraft\t\nKein Sensor\tS9\t\ns\tkN\t\n"
-        "Nullwert: 0\tNullwert: 0,1\t\nAbtastrate: 1 Hz\tAbtastrate: 1 Hz\t\n0,001\t1,5\t\n"
-        "0,002\t2,5\t\n", "", [[1e-3, 2e-3], [1500, 2500]]),
-    "a start that is a clock time": ("Sample Rate (kHz),50\nStart Time,10:00:00\nForce (N)\n1\n"
-        "2\n", "", [[0, 2e-5], [1, 2]]),
-    "origin": ("Type:,RAW\nXInc:,4e-6\nXOrg:,-1e-4\nData:\n0.5\n1\n", "1 [2 kN/V]",
-        [[-1e-4, -9.6e-5], [1000, 2000]]),
-    "trace names": ('"TraceName","CH1","CH2"\n"VUnit","V","kN"\n"HResolution",4e-6,4e-6\n'
-        '"HOffset",-1e-4,-1e-4\n"HUnit","s","s"\n\n,9,1\n,9,2\n', "row,CH2",
-        [[-1e-4, -9.6e-5], [1e3, 2e3]]),
-    "in": ("in s,CH1 in V\n0,1\n1,2\n", "1,CH1 [2 kN/V]", [[0, 1], [2e3, 4e3]]),
-    "separator": ("sep=;\nt in ms;F in N\n0,5;1.250,5\n1;2\n", "", [[5e-4, 1e-3], [1250.5, 2]]),
-    "two rates": ("t 1 [s];F [N];t 2 [s];T [°C]\n0;1;0;20\n1;2;;\n2;3;;\n3;4;;\n", "t 1,F",
-        [[0, 1, 2, 3], [1, 2, 3, 4]]),
-    "nines": ("time,force\n0,1\n1,99999\n2,3\n", "", [[0, 2], [1, 3]]),
-    "few units": ("no,time,force,x\n,ms,kN\n1,0,1,9\n2,1,2,9\n", "", [[0, 1e-3], [1e3, 2e3]]),
-    "every tenth row": ("Delta T,2e-6\nIndex,Force (N)\n0,1\n10,2\n", "", [[0, 2e-5], [1, 2]]),
-    "an unreadable count": (
-        "Sample Interval,2e-6\nIndex,Force (N)\n"
-        + "".join(f"{'?' if n == 50 else n},{n}\n" for n in range(100)),
-        "", [[2e-6 * n for n in range(100) if n != 50], [n for n in range(100) if n != 50]]),
-    "meganewtons": ("time,force [MN]\n0,1\n1,2\n", "", [[0, 1], [1e6, 2e6]]),
-    "missing at the end": (HUNDRED + "NaN,100\n", "", [[*range(1, 100)]] * 2),
-    "cut at the end": (HUNDRED + "100\n", "", [[*range(1, 100)]] * 2),
-    "overflow": ("time,force\n0,1\n1,9.9E+37\n2,3\n", "", [[0, 2], [1, 3]]),
-}  # fmt: skip
+KINDS = {
+    "curve": (records.TIME, records.FORCE, records.SIGMA),
+    "cor": (records.SPEED, records.COR, records.COR_SIGMA),
+    "shots": (records.CLUB, records.BALL),
+}
+FILES = read_toml(Path(__file__).with_name("records.toml"))
 
 
-@pytest.mark.parametrize(
-    ("name", "encoding"), [*zip(TABLES, cycle(["utf-8-sig", "cp1252", "utf-16", "utf-16-le"]))]
-)
-def test_tables_of_labs_and_scopes(tmp_path, name, encoding):
-    text, chosen, expected = TABLES[name]
-    file = tmp_path / "record.csv"
-    file.write_bytes(text.encode(encoding))
-    table = read_table(file, (TIME, FORCE, SIGMA), chosen)
-    columns = np.array([*table.columns.values()])
-    assert columns == pytest.approx(np.array(expected), rel=1e-6)
-    left_out = ("nines", "overflow", "missing at the end", "cut at the end", "an unreadable count")
-    assert [note.split()[0] for note in table.notes] == ["1"] * (name in left_out)
+def read(folder, case):
+    """The table of a file that is described in records.toml; half of the shots may be missing."""
+    kind, file = case.get("kind", "curve"), folder / "record.csv"
+    file.write_bytes(case["file"].encode(case.get("encoding", "utf-8")))
+    missing = {"missing": 0.5} if kind == "shots" else {}
+    return records.read_table(file, KINDS[kind], case.get("columns", ""), **missing)
 
 
-CURVE, LINE = "--curve bad.csv@40 --m-club 0.2", "--cor-speeds bad.csv"
-
-#: Options, what is in bad.csv, and words of the error.
-REFUSED = [
-    (CURVE, "Time,CH1,CH2\n0,1,2\n", "its header is 'Time,CH1,CH2'", "--columns"),
-    (CURVE, "x-axis,1\nsecond,Volt\n0,1\n", "its header is 'x-axis,1 / second,Volt'"),
-    (CURVE, "time,force [V]\n0,1\n", "unit 'V' of force", "2 kN/V", "'time,force [V]'"),
-    (CURVE, "time,force\n0,1\n\n1,oops\n2,3\n", "line 4, column 2 (force): 'oops'", "a number"),
-    (CURVE, "time,force\n0,1\n1\n", "line 3, column 2 (force): ''"),
-    (CURVE, "0,1,5\n1,2,5\n", "no header", "--columns"),
-    (CURVE, "Drop test\n0;1\n1;2\n", "no column time", "no header of 2 columns"),
-    (CURVE, "time,force [pC/N]\n0,1\n1,2\n", "the unit 'pC/N'"),
-    (CURVE, "Index,Force\n0,5\n10,6\n20,7\n", "'Index' counts rows", "row [1.2 us]"),
-    (CURVE, "time,force\n0,1\n1,2\n2,2\n3,2\n\n#2,x\ntime,force\n0,1\n", "line 8", "segment"),
-    (CURVE, "time,force\n0,1\n1,2\ntime,force\n2,3\n3,4\n", "line 4", "save one segment"),
-    (CURVE, "time\tforce\n0\t1,250\n1\t1,251\n", "'1,250' may be 1250 or 1.25: write"),
-    (CURVE, "Sample Rate: 500,000 Hz\nForce\n1\n2\n", "may be 500000 or 500: write"),
-    (CURVE, "time,force\n12:01:33.1,1\n12:01:33.2,2\n", "line 2", "a clock time"),
-    (CURVE, "time,force\n" + "1,-\n" + "1,1\n" * 98, "line 2, column 2 (force): '-'"),
-    (CURVE, "time,force\n0,1\n1,2\n0,1\n1,2\n", "line 4: time", "a further segment"),
-    (CURVE, "time,force\n1 us,1\n1 ms,2\n", "line 3, column 1 (time): '1 ms'"),
-    (f"{CURVE} --window 2:1", "time,force\n0,1\n1,2\n", "has rows from 0 to 1 s"),
-    ("--shots bad.csv", "Club Speed,Ball Speed\n40,60\n45,66\n46,67\n", "m/s or mph"),
-    ("--shots bad.csv", "Club Speed,Ball Speed\n-,150\n98,145\n101,151\n", "needs three shots"),
-    (CURVE, "time,force,time\n0,1,2\n", "2 columns", "time"),
-    (CURVE, "hello\nworld\n", "its header is 'world'", "expected time,force"),
-    (CURVE, "", "no header"),
-    (CURVE, f"time,force\n{'0' * 131_073},1\n", "a line has more than 131072 characters"),
-    (LINE, "approach_speed,cor\n30,0.8\n\n40,0\n", "line 4: cor", "above 0"),
-    (LINE, "approach_speed,cor\n30,0.8\n30,0.7\n", "two speeds"),
-    (LINE, "approach_speed,cor\n30,0.8\n40,0.7\n", "sigma"),
-    (LINE, "approach_speed,cor,sigma\n30,0.8,0.1\n40,0.7,0\n", "line 3: sigma = 0"),
-    ("--measured cor=1", "", "cor = 1 is refused"),
-    ("--measured cor=0.7 --measured contact_time=600", "", "600e-6 for 600 µs"),
-    ("--measured cor=0.7 --measured max_force=6.6", "", "6600 for 6.6 kN"),
-    ("--measured cor=0.7±0 --measured contact_time=6e-4", "", "sigma_cor = 0"),
-    ("--measured max_force=6e3 --measured max_force=6e3", "", "max_force is given twice"),
-    ("--measured spin=3", "", "no target 'spin'"),
-    ("--measured cor", "", "write NAME=VALUE"),
-    ("--measured ball_speed=50 --measured club_speed_after=24 --measured cor=0.74", "",
-        "count once"),
-    ("--measured cor=0.7 --measured contact_time=6e-4 --m-club 210", "", "0.21 for 210 g"),
-    ("--fix m_club=1", "", "fix m_club is refused"),
-    ("--fix k=8e5 --fix b=3 --measured cor=0.7 --measured contact_time=6e-4", "",
-        "nothing is left"),
-    ("--prior k=8e5", "", "without its σ"),
-    ("--baseline sloped", "", "zero, constant, linear"),
-    ("--curve bad.csv@40", "", "needs m_club"),
-    (f"{CURVE} --prior club_speed=40±1", "", "of their own"),
-]  # fmt: skip
+@pytest.mark.parametrize("case", FILES["tables"], ids=lambda case: case["of"])
+def test_what_is_read(tmp_path, case):
+    table = read(tmp_path, case)
+    names = [column.name for column in KINDS[case.get("kind", "curve")]]
+    assert [*table.columns] == names[: len(case["read"])]
+    for found, expected in zip(table.columns.values(), case["read"]):
+        assert found == pytest.approx(np.array(expected), rel=1e-9, abs=1e-15)
+    rows = [int(place.removeprefix("line ")) for place in table.places]
+    assert [rows[0], rows[-1]] == case.get("rows", [rows[0], rows[0] + len(rows) - 1])
+    assert table.notes == case.get("notes", [])
+    assert table.clipped == ("clipped" in "".join(table.notes))
 
 
-@pytest.mark.parametrize("case", REFUSED, ids=lambda case: case[2][:30])
+@pytest.mark.parametrize("case", FILES["refused"], ids=lambda case: case["of"])
 def test_what_is_refused(tmp_path, case):
-    options, text, *words = case
-    (tmp_path / "bad.csv").write_text(text)
-    words += ["bad.csv"] if text and "--window" not in options else []
-    refused(golf_here("calibrate", *options.split(), "--out", "out", cwd=tmp_path), *words)
+    (tmp_path / "record.csv").write_text(case.get("file", ""), "utf-8")
+    options = case.get("options", "--curve record.csv@40 --m-club 0.2").split()
+    options += ["--columns", case["columns"]] if "columns" in case else []
+    done = golf_here("calibrate", *options, "--out", "out", cwd=tmp_path, code=2)
+    assert done.stderr == f"Error: {case['why']}\n"
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("last", ["NaN,100\n", "100"])
+def test_one_percent_of_rows_may_be_unreadable(tmp_path, last):
+    """Also the last one, and if it is cut."""
+    rows = "".join(f"{n},{n}\n" for n in range(1, 100))
+    table = read(tmp_path, {"file": f"time,force\n{rows}{last}"})
+    assert table.notes == ["1 unreadable rows left out, the first in line 101"]
+    assert [*map(len, table.columns.values())] == [99, 99]
+    with pytest.raises(UserError, match="line 100"):
+        read(tmp_path, {"file": f"time,force\n{rows[4:]}{last}"})
+    with pytest.raises(UserError, match="a line has more than 131072 characters"):
+        read(tmp_path, {"file": f"time,force\n{'0' * 131_073},1\n"})
 
 
 @pytest.mark.parametrize(

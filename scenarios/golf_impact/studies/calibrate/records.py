@@ -10,10 +10,10 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
 from itertools import chain, zip_longest
 from pathlib import Path
+from statistics import mode
 from typing import NamedTuple
 
 import numpy as np
@@ -61,7 +61,7 @@ _SETTINGS = {
     "rate": r"(sampl(e|ing)|abtast|mess|scan)(rate|freq(uency)?|frequenz)|rate|hz|fs",
     "start": r"(h|x|t|wf)?(start|offset|startoffset|origin|org|zero)(time)?|[xt]0|firstx",
 }
-_HERTZ = re.compile(r"([kmg]$|[kmg]?(?=hz|s(a|ps|/s)))", re.I)
+_HERTZ = re.compile(r"[kmg]$|[kmg]?(?=hz|s(a|ps|/s))", re.I)
 _UNIT_OF = re.compile(r"\W*(units?( of)?|einheit)\W*", re.I)
 #: What may stand before the heads or units of all columns.
 _LABEL = re.compile(r"\W*(headers|units?|einheit(en)?)\W*", re.I)
@@ -156,8 +156,10 @@ def read_table(
         text = _read_text(path, wanted, picked)
     except ValueError as error:
         raise UserError(f"{path} is refused: {error}") from error
+    if not text.lines:
+        raise text.error("it has no row of numbers")
     if "step" in text.settings and len(picked) == 1:
-        picked.insert(0, _Head("row"))
+        picked = [_Head("row"), *picked]
     columns: dict[str, np.ndarray] = {}
     bad: dict[int, tuple[int, str]] = {}
     clipped, bare, unit = np.zeros(len(text.lines), bool), [], ""
@@ -165,20 +167,21 @@ def read_table(
         places = _places(text, one, given, wanted)
         if one.optional and not given.name and (picked or not places):
             continue
-        if len(places) != 1 or not text.lines:
+        if len(places) != 1:
             what = f"{len(places) or 'no'} column{'s' * bool(places)} {given.name or one.name}"
             raise text.error(what)
-        values, own = _values(text, places[0])
+        (place,) = places
+        values, own = _values(text, place)
         if one in (CLUB, BALL):
             values[values <= 0.0] = math.nan  # not measured
-        bad = dict.fromkeys(np.flatnonzero(np.isnan(values)).tolist(), (places[0], one.name)) | bad
+        bad = dict.fromkeys(np.flatnonzero(np.isnan(values)).tolist(), (place, one.name)) | bad
         if one is FORCE:
             clipped = _are_overflows(values)
         unit = given.unit or own or text.units.get(one.name) or unit * (one.optional or one is BALL)
         factor, start = _factor(unit, own, one.unit), 0.0
-        if one is TIME and not given.unit and _counts(text, places[0], values, own):
+        if one is TIME and not given.unit and _counts(text, place, values, own):
             if "step" not in text.settings:
-                why = f"column {given.name or text.heads[places[0]].name!r} counts rows"
+                why = f"column {given.name or text.heads[place].name!r} counts rows"
                 how = "give the time between them: --columns 'row [1.2 us],2 [N]'"
                 raise UserError(f"{path} is refused: {why}: {how}")
             factor, start = text.settings["step"], text.settings.get("start", 0.0)
@@ -219,15 +222,15 @@ def _read_text(path: Path, wanted: Sequence[Column], picked: Sequence[_Head]) ->
     mark, cells = _split(lines)
     first, stop = _find_rows(cells)
     above = lines[:first]
-    width = Counter(map(len, cells[first:stop])).most_common(1)[0][0] if stop else 0
+    width = mode(map(len, cells[first:stop])) if stop else 0
     heads, used = _find_heads(above, mark, width, wanted, picked)
     header, below = " / ".join(lines[n].strip() for n in used), max(used, default=-1) + 1
     again = [n for n in range(len(lines)) if lines[n] == lines[used[0]]] if used else [0]
-    if TIME in wanted and any(_is_number("".join(row[:1])) for row in cells[again[0] : again[-1]]):
+    if TIME in wanted and any(map(_begins, cells[again[0] : again[-1]])):
         what = f"the header is there again in line {again[1] + 1}, a further segment begins there"
         raise ValueError(f"{what}: save one segment as a file")
     # Below the header a row is one also if its numbers can't be read.
-    first = next((n for n in range(below, first) if _is_number("".join(cells[n][:1]))), first)
+    first = next((n for n in range(below, first) if _begins(cells[n])), first)
     rows = [n for n in range(first, stop) if cells[n]]
     if CLUB in wanted:
         rows = [n for n in rows if not any(map(_SUMMARY.fullmatch, cells[n]))]
@@ -253,9 +256,10 @@ def _decode(path: Path) -> list[str]:
         raw = path.read_bytes()
     except OSError as error:
         raise UserError(f"can't read {path}: {error.strerror}") from error
-    encoding = "utf-16" if raw[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
-    if encoding == "utf-8-sig" and raw[:400].count(b"\0") > 0.3 * len(raw[:400]):
-        encoding = "utf-16-le" if raw[1] == 0 else "utf-16-be"
+    marks = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
+    encoding = marks.get(raw[:2], "utf-8-sig")
+    if b"\0" in raw[:2]:
+        encoding = "utf-16-be" if raw.startswith(b"\0") else "utf-16-le"
     try:
         text = raw.decode(encoding)
     except UnicodeDecodeError:
@@ -274,13 +278,13 @@ def _split(lines: Sequence[str]) -> tuple[str | None, list[list[str]]]:
     """The delimiter by which most cells of the second half are numbers; cells of all lines."""
     some = [line for line in lines if line.strip()]
     head = next((line for line in reversed(some) if not _NUMBERS[","].fullmatch(line)), ",")
-    some = some[len(some) // 2 :: max(1, len(some) // 2000)]
+    some = some[len(some) // 2 :][:2000]
 
     def score(mark: str | None) -> tuple[float, int]:
         rows = [[cell for cell in _cells(line, mark) if cell] for line in some]
         numbers = [sum(map(_is_number, row)) for row in rows]
         every = sum(len(row) if number else 1 for row, number in zip(rows, numbers))
-        return sum(numbers) / max(every, 1), sum(numbers)
+        return sum(numbers) / (every or 1), sum(numbers)
 
     marks = [mark for mark in "\t;,|" if any(mark in line for line in some)]
     # Lines of a number with a decimal comma each: below a header of one cell, or as 0,05.
@@ -315,7 +319,7 @@ def _find_rows(cells: Sequence[list[str]]) -> tuple[int, int]:
     some = [kind for kind in kinds if kind[0]]
     if not some:
         return len(cells), 0
-    usual, pure = Counter(some[len(some) // 2 :]).most_common(1)[0][0]
+    usual, pure = mode(some[len(some) // 2 :])
     alike = [usual <= one and (len(usual) > 1 or p or not pure) for one, p in kinds]
     stop = len(alike) - alike[::-1].index(True)
     while stop < len(cells) and min(usual) in numeric[stop]:
@@ -338,7 +342,7 @@ def _find_heads(
 ) -> tuple[list[_Head], list[int]]:
     """Names and units of columns, and the numbers of the lines that have them."""
     needs = {head.key for head in picked if not head.name.isdigit()} - {"row"}
-    lines = [(at, _header_cells(line, mark, width)) for at, line in enumerate(above)][-500:]
+    lines = [(at, _header_cells(line, mark, width)) for at, line in enumerate(above)]
     lines = [(at, row) for at, row in lines[::-1] if not all(map(_is_number, row))]
 
     def is_complete(row: Sequence[str]) -> bool:
@@ -349,11 +353,11 @@ def _find_heads(
 
     units = next((one for one in lines if _are_units(one[1])), (-1, []))
     texts = [one for one in lines if needs or not _are_units(one[1])]
-    usual = [(at, row) for at, row in texts if units[1] or not any(map(_is_number, row[1:]))]
+    usual = [(at, row) for at, row in texts if units[1] or not any(map(_is_number, row))]
     names = next((one for one in texts if is_complete(one[1])), None)
     names = names or next((one for one in usual if one != units), (-1, []))
-    heads = [_Head.of(cell) for cell in names[1] or [""] * max(width, len(units[1]))]
-    if names == units and names[1]:
+    heads = [_Head.of(cell) for cell in names[1] or [""] * len(units[1])]
+    if names == units:
         heads = [_Head(cell) for cell in names[1]]  # `Second,Volt` are both
     for n, cell in enumerate(units[1][: len(heads)]):
         if _is_unit(cell) and not heads[n].unit:
@@ -397,12 +401,12 @@ def _find_settings(
             kind = next((k for k, keys in _SETTINGS.items() if re.fullmatch(keys, head.key)), "")
             if not kind:
                 continue
-            value, unit = _parse(cells[n], _find_decimal([cells[n : n + 1]], decimal) or ".")
+            value, unit = _parse(cells[n], _find_decimal([[cells[n]]], decimal) or ".")
             if math.isnan(value) or (value <= 0.0 and kind != "start"):
                 continue
             units = (unit, head.unit, *cells[n + 1 : n + 2])
             if kind == "rate":
-                prefix = next((one[1] for one in map(_HERTZ.match, units) if one), "")
+                prefix = next((one[0] for one in map(_HERTZ.match, units) if one), "")
                 value *= {"": 1.0, "k": 1e3, "m": 1e6, "g": 1e9}[prefix.lower()]
                 found["step"] = 1.0 / value
             else:
@@ -435,7 +439,7 @@ def _places(text: _Text, one: Column, given: _Head, wanted: Sequence[Column]) ->
             found = [n for n, head in enumerate(heads) if _si(head.unit)[0] == one.unit]
             if len(found) != 1:
                 found = [0] * (one is TIME and heads[0].key in _COUNTS)
-    empty = not any(cell for n in found for cell in text.columns[n][:9])
+    empty = not any(cell for n in found for cell in text.columns[n])
     return [rows] if empty and one is TIME and "step" in text.settings else found
 
 
@@ -499,13 +503,18 @@ def _is_number(cell: str) -> bool:
     return any(math.isfinite(_number(cell, mark)[0]) for mark in _NUMBERS)
 
 
+def _begins(row: Sequence[str]) -> bool:
+    """Whether a row begins with a number."""
+    return bool(row) and _is_number(row[0])
+
+
 def _are_overflows(values: np.ndarray) -> np.ndarray:
     """Infinite values, those of 9.9E+37, and the largest if its digits are nines and far above."""
     sizes = np.abs(values)
-    *others, largest = np.unique(sizes[sizes < 9e36])[-2:].tolist() or [0.0]
+    *_, other, largest = [0.0, 0.0, *np.unique(sizes[sizes < 9e36])]
     nines = re.fullmatch(r"(?=.{4})9+\.?9*", f"{largest:.8g}")
-    alone = nines and max(others, default=0.0) < 0.5 * largest
-    return (sizes >= 9e36) | (sizes == largest if alone else False)
+    alone = bool(nines) and other < 0.5 * largest
+    return (sizes >= 9e36) | (alone & (sizes == largest))
 
 
 def _si(text: str) -> tuple[str, float]:
@@ -525,9 +534,8 @@ def _is_unit(text: str) -> bool:
 
 
 def _are_units(row: Sequence[str]) -> bool:
-    beside = (_BESIDE_UNITS.fullmatch(cell.strip("[](){}<> ")) or _is_number(cell) for cell in row)
-    units = [*map(_is_unit, row)]
-    return any(units) and all(a or b for a, b in zip(units, beside))
+    rest = [cell.strip("[](){}<> ") for cell in row if not (_is_unit(cell) or _is_number(cell))]
+    return any(map(_is_unit, row)) and all(map(_BESIDE_UNITS.fullmatch, rest))
 
 
 def _factor(text: str, own: str, unit: str) -> float:
