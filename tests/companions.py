@@ -1,5 +1,7 @@
 """Fixtures for the companion FMUs: Swing, Launch and BallFlight, built once and loaded by fmpy."""
 
+from functools import cache
+
 import fmpy
 import pytest
 from fmus import begin, discard, make_instance
@@ -24,14 +26,19 @@ def drive(ssp, tmp_path_factory):
     return {file.stem: file for file in folder.rglob("*.fmu")}
 
 
+@pytest.fixture(scope="session")
+def folder_of(tmp_path_factory):
+    """A function that extracts an FMU, once."""
+    return cache(lambda path: fmpy.extract(str(path), str(tmp_path_factory.mktemp(path.stem))))
+
+
 @pytest.fixture
-def instance(tmp_path_factory):
+def instance(folder_of):
     """Initialized instances of FMUs by path."""
     slaves = []
 
     def instance(path, **values):
-        folder = fmpy.extract(str(path), str(tmp_path_factory.mktemp(path.stem)))
-        slaves.append(make_instance(folder, f"instance {len(slaves)}"))
+        slaves.append(make_instance(folder_of(path), f"instance {len(slaves)}"))
         return begin(slaves[-1], **values)
 
     yield instance

@@ -12,6 +12,47 @@ from fmus import get
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+#: What cases are drawn from: a range of values, or several of them.
+DRAWN = {
+    "Swing": {
+        "arm_length": (0.45, 0.75), "arm_first_moment": (0.8, 1.6), "arm_inertia": (0.35, 0.6),
+        "club_length": (0.9, 1.2), "club_mass": (0.28, 0.4), "club_first_moment": (0.2, 0.3),
+        "club_inertia": (0.33, 0.45), "max_shoulder_torque": (80.0, 150.0),
+        "max_wrist_torque": (0.0, 30.0), "torque_rise_time": (0.005, 0.05),
+        "arm_start": (1.8, 2.6), "wrist_start": (1.4, 2.2), "release_angle": [1.0, 1.5, 2.0, 3.0],
+        "gravity": [0.0, 1.6, 9.8], "plane_angle": (0.5, 1.5), "backswing_time": (0.5, 1.0),
+        "spin_loft": (-0.1, 0.4),
+    },
+    "Launch": {
+        "dynamic_loft": (-0.3, 1.1), "attack_angle": (-0.15, 0.1),
+        "friction": [0.0, 0.01, 0.05, 0.1, 0.2, 0.3, 0.4, 1.0, 1e3],
+        "tangential_stiffness_ratio": (0.2, 3.0), "m_club": (0.15, 0.35), "m_ball": (0.04, 0.05),
+        "ball_diameter": (0.04, 0.045), "strike_height": (-0.025, 0.025),
+        "centre_depth": [0.0, 0.02, 0.05], "head_inertia": [1e9, 2.7e-4, 5e-4],
+        "ball_velocity": (20.0, 80.0), "club_velocity": (-10.0, 15.0), "smash_factor": (1.1, 1.5),
+        "coefficient_of_restitution": (0.02, 0.98),
+    },
+    "BallFlight": {
+        "drag_constant": (0.1, 0.3), "drag_spin": (0.0, 1.0), "drag_spin_squared": (-0.8, 0.8),
+        "drag_reynolds": (-0.02, 0.02), "lift_constant": (0.0, 0.1), "lift_spin": (0.0, 1.2),
+        "lift_spin_squared": (-1.1, 0.5), "lift_reynolds": (-0.01, 0.01),
+        "spin_ratio_limit": [0.0, 0.1, 0.2, 0.75, 2.0], "spin_decay": [0.0, 2e-5, 1e-4, 1e-2],
+        "m_ball": (0.04, 0.05), "ball_diameter": (0.04, 0.045), "air_density": [0.0, 1.0, 1.225],
+        "kinematic_viscosity": (1e-5, 2e-5), "gravity": (1.6, 20.0), "wind_speed": (-12.0, 12.0),
+        "ball_velocity": (5.0, 90.0), "launch_angle": (0.02, 1.5), "backspin": (-300.0, 1200.0),
+        "touch_time": (-0.5, 0.5), "contact_time": (0.0, 0.5),
+    },
+}  # fmt: skip
+
+
+def drawn(name, seed):
+    """Values of parameters and inputs of a companion."""
+    random = np.random.default_rng(seed)
+    return {
+        one: float(random.choice(of) if isinstance(of, list) else random.uniform(*of))
+        for one, of in DRAWN[name].items()
+    }
+
 
 def real_values(slave):
     """Of all its Real variables, as attributes."""
@@ -27,50 +68,74 @@ def solution(slope, begin, end, start, event, *arguments, **options):
     return solve_ivp(slope, (begin, end), start, "DOP853", events=event, args=arguments, **options)
 
 
-def swing(slave, instants, since, force, path):
-    """Angles of arms and club, speed and direction of the head at instants, s from the top.
-
-    By Newton's law in the plane, before the ball. Vectors are complex: towards the target, and up.
+def swing(slave, instants, since=math.inf, force=0.0, normal=0.0):
+    """A swing by Newton's law in the plane. Vectors are complex: towards the target, and up.
 
     Args:
+        instants: s from the top, the last of which is the end.
         since: when a force on the head begins, s from the top.
-        force: against the normal of the face, N.
-        path: the direction of the head at the ball, rad above the ground.
+        force: against `normal`, N.
+        normal: of the face, rad above the ground.
+
+    Returns:
+        Angles of arms and club (rad) and speed of the head (m/s) at the instants; when the arms
+        point straight down (s), speed (m/s) and direction (rad) of the head then, and its effective
+        mass along the normal of the face (kg); None if they don't.
     """
-    p = real_values(slave)
+    p, ball = real_values(slave), None
+    found = [[-p.arm_start, -p.arm_start - p.wrist_start, 0.0] for t in instants if t <= 0.0]
     weight, centre = p.gravity * math.sin(p.plane_angle), p.club_first_moment / p.club_mass
     inertias = np.diag([p.arm_inertia, p.club_inertia - p.club_first_moment * centre])
-    normal = np.exp(1j * (path + p.spin_loft))
 
-    def slope(t, motion, released, force):
-        rates, turned = motion[2:4], np.exp(1j * motion[:2])
+    def masses(turned):
+        of_centre = turned * (p.arm_length, centre)
+        return inertias + p.club_mass * np.outer(of_centre.conj(), of_centre).real
+
+    def torque(most, t, on, off):
+        grown, faded = max(min(t, off) - on, 0.0), max(t - off, 0.0)
+        return (
+            -most * math.expm1(-grown / p.torque_rise_time) * math.exp(-faded / p.torque_rise_time)
+        )
+
+    def slope(t, motion, ends, force):
+        rates, turned = motion[2:], np.exp(1j * motion[:2])
         of_centre, of_head = (turned * (p.arm_length, r) for r in (centre, p.club_length))
-        shoulder = p.max_shoulder_torque * (1.0 - math.exp(-t / p.torque_rise_time))
-        wrist = p.max_wrist_torque * (1.0 - math.exp(min(released - t, 0.0) / p.torque_rise_time))
-        arms = -p.arm_first_moment * weight * turned[0].imag
+        wrist = torque(p.max_wrist_torque, t, ends[0], ends[1])
+        shoulder = torque(p.max_shoulder_torque, t, 0.0, ends[1])
         pull = -1j * p.club_mass * (weight + of_centre @ rates**2)
-        turning = (of_centre.conj() * pull - of_head.conj() * force * normal).real
-        turning += shoulder - wrist + arms, wrist
-        mass = inertias + p.club_mass * np.outer(of_centre.conj(), of_centre).real
-        is_held = released == math.inf
+        turning = (of_centre.conj() * pull - of_head.conj() * force * np.exp(1j * normal)).real
+        turning += shoulder - wrist - p.arm_first_moment * weight * turned[0].imag, wrist
+        mass, is_held = masses(turned), math.isinf(ends[0])
         bends = [turning.sum() / mass.sum()] * 2 if is_held else np.linalg.solve(mass, turning)
         return [*rates, *bends]
 
-    def to_release(t, motion, *_):
-        return -p.release_angle - motion[0]
+    def left(t, motion, *_):
+        return goals[stage] - motion[0]
 
-    begin, motion, found = 0.0, [-p.arm_start, -p.arm_start - p.wrist_start, 0.0, 0.0], []
-    released = 0.0 if p.release_angle >= p.arm_start else math.inf
-    for end, acting in ((since, 0.0), (instants[-1], force)):
-        while begin < end:
-            event = to_release if released == math.inf else None
-            solved = solution(slope, begin, end, motion, event, released, acting)
-            for a, c, u, w in map(solved.sol, (t for t in instants if begin < t <= solved.t[-1])):
-                velocity = p.arm_length * u * np.exp(1j * a) + p.club_length * w * np.exp(1j * c)
-                found.append([a, c, abs(velocity), np.angle(velocity)])
-            begin, motion = solved.t[-1], solved.y[:, -1]
-            released = begin if solved.status == 1 else released
-    return np.array(found)
+    # The wrist is released, the arms are at the ball, and as far behind it.
+    goals, ends = (-p.release_angle, 0.0, p.arm_start), [math.inf] * 3
+    stage = 1 if p.release_angle >= p.arm_start else 0
+    ends[:stage] = [0.0] * stage
+    begin, motion = 0.0, [-p.arm_start, -p.arm_start - p.wrist_start, 0.0, 0.0]
+    while begin < instants[-1]:
+        acting, end = (0.0, min(since, instants[-1])) if begin < since else (force, instants[-1])
+        solved = solution(slope, begin, end, motion, left, ends, acting)
+        last = solved.t[-1]
+        for a, c, u, w in map(solved.sol, (t for t in instants if begin < t <= last)):
+            found.append([a, c, abs(p.arm_length * u + p.club_length * w * np.exp(1j * (c - a)))])
+        begin, motion = last, solved.y[:, -1]
+        if solved.status == 1:
+            ends[stage], stage = begin, stage + 1
+        if stage == 2 and ball is None:
+            ends_of, turned = np.array([p.arm_length, p.club_length]), np.exp(1j * motion[:2])
+            velocity = ends_of * motion[2:] @ turned
+            along = (ends_of * turned * np.exp(-1j * (np.angle(velocity) + p.spin_loft))).real
+            mass = 1.0 / (along @ np.linalg.solve(masses(turned), along))
+            ball = begin, abs(velocity), np.angle(velocity), mass
+        if stage == 3:
+            found += [[*motion[:2], 0.0]] * sum(t > begin for t in instants)
+            break
+    return np.array(found), ball
 
 
 def tangential_impulse(slave):
@@ -110,7 +175,7 @@ def tangential_impulse(slave):
 
 
 def flight(slave):
-    """Carry, apex, time of flight and land angle of BallFlight's values."""
+    """Carry, apex, time of flight and land angle of BallFlight's values, and its path over time."""
     p = real_values(slave)
     factor = p.air_density * math.pi * p.ball_diameter**2 / (8.0 * p.m_ball)
 
@@ -136,5 +201,7 @@ def flight(slave):
     errors = {"rtol": 1e-13, "atol": 1e-13 * min(1.0, p.ball_velocity)}
     solved = solution(slope, 0.0, 1e3, start, height, **errors)
     carry, _, u, h, _ = solved.y[:, -1]
-    top = brentq(lambda t: solved.sol(t)[3], 0.0, solved.t[-1], xtol=1e-12)
-    return carry, solved.sol(top)[1], solved.t[-1], math.atan2(-h, u)
+    near = solved.y[1].argmax()
+    around = solved.t[max(near - 1, 0)], solved.t[near + 1]
+    top = brentq(lambda t: solved.sol(t)[3], *around, xtol=1e-12)
+    return (carry, solved.sol(top)[1], solved.t[-1], math.atan2(-h, u)), solved.sol

@@ -1,8 +1,12 @@
 """What FMI requires of a file beside its behaviour: descriptions, terminals, references."""
 
 import re
+import shlex
 import shutil
 import sys
+from dataclasses import replace
+from hashlib import sha256
+from itertools import product
 from pathlib import Path
 
 import fmpy
@@ -16,8 +20,10 @@ from reference_results import FOLDER, reference_results
 from ways import FMUS, fmu_file, marked
 
 import golf_impact
+from golf_build import native
 from golf_build.archive import unpack, write_archive
 from golf_build.system import COMPANIONS
+from golf_impact.data.errors import UserError
 from golf_impact.fmu.file import run_here
 
 DESCRIPTIONS = ("modelDescription.xml", "terminalsAndIcons.xml", "SystemStructure.ssd")
@@ -93,6 +99,10 @@ def test_descriptions_and_names(pytestconfig, once, system_files, tmp_path, name
     if name != "wheel":
         texts = {n.rpartition("/")[2]: data for n, data in content.items()}
         found |= {n: stable(texts[n].decode()) for n in DESCRIPTIONS if n in texts}
+    assert_stored(pytestconfig, folder, found)
+
+
+def assert_stored(pytestconfig, folder, found):
     if pytestconfig.getoption("--update"):
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
@@ -100,6 +110,60 @@ def test_descriptions_and_names(pytestconfig, once, system_files, tmp_path, name
             (folder / file).write_text(text, "utf-8")
     stored = {file.name: file.read_text("utf-8") for file in folder.iterdir()}
     assert found == stored, "pytest --update tests/contract/test_conformance.py; read the diff"
+
+
+MACHINES = ("Linux x86_64", "Linux aarch64", "Windows x86_64", "macOS aarch64", "Linux riscv64")
+
+
+@pytest.fixture
+def native_files(monkeypatch, tmp_path):
+    """A function that builds a native FMU but for compiling: its files, and the commands."""
+    commands = []
+
+    def compiled(command, sources, out, what):
+        commands.append(shlex.join(command))
+        # With the offset of the time in a library for Windows, and the machine in one for Linux.
+        image = bytearray((what * 9)[:128].encode())
+        image[0x3C:0x40] = b"\x10\0\0\0"
+        image[18:20] = b"\xb7\0" if "aarch64" in what else b">\0"
+        return bytes(image)
+
+    def native_files(compiler, machine, fmi, here):
+        zig, system = (tmp_path if compiler == "zig" else None), machine.split()[0]
+        monkeypatch.setattr(native, "ziglang", lambda: zig)
+        monkeypatch.setattr(native, "this_machine", lambda: machine)
+        monkeypatch.setattr("platform.system", lambda: system.replace("macOS", "Darwin"))
+        commands.clear()
+        return replace(native.BUILDERS[fmi], here=here).files(), commands
+
+    monkeypatch.setattr(native, "compiled", compiled)
+    monkeypatch.setenv("CC", "cc")
+    monkeypatch.setattr("shutil.which", lambda name: name)
+    for file in native._NOTICES.values():
+        (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / file).write_text(file)
+    return native_files
+
+
+def test_native_builds(pytestconfig, native_files):
+    """By compiler and machine: commands, binaries with digests, refusals. Nothing is compiled."""
+    lines = []
+    for (compiler, here, count), fmi in product(
+        (("zig", False, 1), ("zig", True, 5), ("cc", False, 5)), (2, 3)
+    ):
+        for machine in MACHINES[:count]:
+            lines.append(f"{compiler}, {machine}{' alone' * here}, FMI {fmi}.0")
+            try:
+                files, commands = native_files(compiler, machine, fmi, here)
+            except UserError as error:
+                lines.append(f"  {error}")
+                continue
+            made = [name for name in files if name.startswith(("binaries/", "documentation/lic"))]
+            found = [f"{name} {sha256(files[name]).hexdigest()[:8]}" for name in made]
+            found.append(f"for {', '.join(sorted(native.binaries_of(files)))}")
+            lines += (f"  {line}" for line in (*sorted(commands), *found))
+    text = "\n".join(lines).replace(sys.executable, "python").replace(str(ROOT), "…")
+    assert_stored(pytestconfig, HERE / "snapshots" / "native builds", {"log.txt": f"{text}\n"})
 
 
 def test_terminals(native_fmi3_path):

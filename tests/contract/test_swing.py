@@ -1,7 +1,6 @@
 """Swing.fmu: an independent integration, a published swing, and touch whatever the steps."""
 
 import math
-from itertools import cycle, repeat
 
 import integrations
 import numpy as np
@@ -9,8 +8,6 @@ import pytest
 from conftest import some
 from fmpy.fmi1 import FMICallException
 from fmus import get, put
-
-from golf_build.system import DRIVE
 
 BACKSWING = 0.75
 
@@ -28,38 +25,40 @@ def swung(swing, until, step=1e-3, begin=0.0):
     return begin + count * step
 
 
-# Against an integration
+@pytest.mark.parametrize("seed", some(8, range(100)))
+def test_against_an_integration(companion, seed):
+    """From before the top to the end, by any steps, with a force on the head; measured: 4e-9.
 
-#: Parameters, communication step sizes, and the force on the head from 0.15 s after the top on.
-SWINGS = {
-    "as published": ({}, [1e-3], 0.0),
-    "any steps": ({}, [7e-4, 3e-3, 1e-4], 0.0),
-    # The head's speed begins with the square of the time.
-    "no gravity": ({"gravity": 0.0}, [1e-3], 0.0),
-    "wrist held": ({"release_angle": 1.7, "torque_rise_time": 0.03}, [1e-3], 0.0),
-    "a force": ({"spin_loft": 0.3}, [1e-3], 300.0),
-}
-
-
-@pytest.mark.parametrize(("values", "steps", "force"), SWINGS.values(), ids=SWINGS)
-def test_against_an_integration(companion, values, steps, force):
-    """Of angles (rad) and speeds (m/s); measured: 2e-9."""
-    swing, time, instants, found = companion("Swing", **values), 0.0, [], []
-    for n, size in enumerate(cycle(steps)):
-        if time > 0.96:
-            break
-        if time >= BACKSWING + 0.15 - 1e-9:
+    While the golfer holds the club an impulse has no effect.
+    """
+    values, random = integrations.drawn("Swing", seed), np.random.default_rng([seed, 1])
+    swing, top = companion("Swing", **values), values["backswing_time"]
+    begin, force = random.uniform(-0.05, 0.3), random.choice([0.0, 100.0, -100.0])
+    end, sizes = random.uniform(0.4, 1.2), random.choice([5e-3, 7e-3, 2e-2], 500).tolist()
+    fresh = swing.getFMUstate()
+    held, touch, longest = until_touch(swing, sizes)
+    swing.setFMUstate(fresh)
+    swing.freeFMUstate(fresh)
+    time, instants, found, since = 0.0, [], [], math.inf
+    for size in sizes:
+        if time - top >= begin:
+            since = since if time < top else min(since, time - top)
             put(swing, impulse=get(swing, "reaction_impulse")[0] + force * size)
         swing.doStep(time, size)
         time += size
-        # Before the ball, behind which the torques decay.
-        if time > BACKSWING + 0.01 and n % 20 == 0 and get(swing, "arm_angle")[0] < 0.0:
-            instants.append(time - BACKSWING)
-            found.append(get(swing, *MOTION))
-    path = DRIVE["Launch"]["attack_angle"]
-    expected = integrations.swing(swing, instants, 0.15, force, path)[:, :3]
+        instants.append(time - top)
+        found.append(get(swing, *MOTION))
+        if instants[-1] > end:
+            break
+    _, (at, speed, path, mass) = integrations.swing(swing, instants)
+    normal = path + values["spin_loft"]
+    expected, _ = integrations.swing(swing, instants, since, force, normal)
     assert np.array(found) == pytest.approx(expected, rel=1e-7, abs=1e-7)
-    assert len(instants) >= 5
+    along = math.cos(values["spin_loft"])
+    expected = [mass, expected[-1, 2] * along]
+    assert get(swing, "effective_mass", "club_speed") == pytest.approx(expected, rel=1e-7, abs=1e-7)
+    assert held[-1] == pytest.approx(speed * along, rel=1e-8)
+    assert -0.5 <= (touch - top - at) / longest <= 2.1
 
 
 def test_the_head_meets_the_ball_as_in_the_source(companion):
@@ -68,23 +67,6 @@ def test_the_head_meets_the_ball_as_in_the_source(companion):
     found = AT_THE_BALL, AT - BACKSWING, *get(swing, "effective_mass")
     printed = (52.76, 0.005), (0.2125, 5e-5), (0.2030, 5e-5)
     assert found == tuple(pytest.approx(value, abs=half) for value, half in printed)
-
-
-def test_it_rests_at_the_top_and_at_its_end(companion):
-    """Where the golfer holds the club an impulse has no effect."""
-    swing = companion("Swing", spin_loft=0.3, impulse=1.0)
-    top = get(swing, *MOTION)
-    time = swung(swing, BACKSWING)
-    assert get(swing, *MOTION) == [*top[:2], 0.0] == top
-    time = swung(swing, AT - 5e-4, begin=time)
-    # Along the normal of the face.
-    assert get(swing, "club_speed")[0] == pytest.approx(AT_THE_BALL * math.cos(0.3), rel=1e-9)
-    put(swing, impulse=2.0)
-    time = swung(swing, 2.0, step=0.02, begin=time)
-    put(swing, impulse=3.0)
-    swung(swing, 2.1, begin=time)
-    assert get(swing, "arm_angle") == pytest.approx(get(swing, "arm_start"), abs=1e-12)
-    assert get(swing, "head_speed", "club_speed") == [0.0, 0.0]
 
 
 # Touch by a host that holds the speed over each step, of any length
@@ -108,15 +90,8 @@ def until_touch(swing, steps):
     return held, time - position / held[-1], longest
 
 
-@pytest.mark.parametrize("step", some(5, [1e-3, 7e-4, 9.99e-3, 0.1, 0.48, 1e-4, 3e-3, 0.02, 0.3]))
-def test_touch_has_the_speed_at_the_ball(companion, step):
-    held, touch, _ = until_touch(companion("Swing"), repeat(step))
-    assert held[-1] == pytest.approx(AT_THE_BALL, rel=1e-9)
-    assert touch == pytest.approx(AT, abs=1e-10)
-
-
 def sequence(seed):
-    """Communication step sizes: mixed, in runs, spread over decades, and uniform."""
+    """Communication step sizes: mixed, in runs, spread over decades, uniform, and all the same."""
     random = np.random.default_rng(seed)
     sizes = [1e-3, 3e-4, 1e-4]
     return (
@@ -124,7 +99,8 @@ def sequence(seed):
         np.repeat(random.choice(sizes, 500), random.integers(1, 60, 500)),
         10.0 ** random.uniform(-5.0, -0.5, 4000),
         random.uniform(1e-5, 2e-3, 6000),
-    )[seed % 4]
+        np.full(10_000, random.choice([1e-4, 7e-4, 9.99e-3, 0.1, 0.3, 0.48])),
+    )[seed % 5]
 
 
 @pytest.mark.parametrize("part", some(1, range(20)))
@@ -137,6 +113,7 @@ def test_no_sequence_of_steps_touches_the_ball_with_another_speed(companion, par
         assert held[-1] == pytest.approx(AT_THE_BALL, rel=1e-9)
         assert all(speed <= 0.0 or speed == held[-1] for speed in held)
         errors.append((touch - AT) / longest)
+        assert seed % 5 < 4 or touch == pytest.approx(AT, abs=1e-10)
     swing.freeFMUstate(fresh)
     # The bounds aren't wide: such errors do occur.
     assert -0.5 <= min(errors) < 0.5 < max(errors) <= 2.1
