@@ -163,7 +163,7 @@ def test_native_builds(pytestconfig, native_files):
             found.append(f"for {', '.join(sorted(native.binaries_of(files)))}")
             lines += (f"  {line}" for line in (*sorted(commands), *found))
     text = "\n".join(lines).replace(sys.executable, "python").replace(str(ROOT), "…")
-    assert_stored(pytestconfig, HERE / "snapshots" / "native builds", {"log.txt": f"{text}\n"})
+    assert_stored(pytestconfig, HERE / "snapshots" / "native", {"log.txt": f"{text}\n"})
 
 
 def test_terminals(native_fmi3_path):
