@@ -34,7 +34,7 @@ def checksums(files: dict[str, bytes]) -> bytes:
 def pack(files: dict[str, bytes], method: int = zipfile.ZIP_DEFLATED) -> bytes:
     """Make an archive with the same order, times and attributes on every machine."""
     data = io.BytesIO()
-    with zipfile.ZipFile(data, "w", method, compresslevel=9) as archive:
+    with zipfile.ZipFile(data, "w", method) as archive:
         for name in sorted(files, key=lambda name: (name not in _FIRST, name)):
             info = zipfile.ZipInfo(name)  # of 1980
             info.compress_type = method

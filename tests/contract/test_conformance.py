@@ -112,12 +112,19 @@ def assert_stored(pytestconfig, folder, found):
     assert found == stored, "pytest --update tests/contract/test_conformance.py; read the diff"
 
 
-MACHINES = ("Linux x86_64", "Linux aarch64", "Windows x86_64", "macOS aarch64", "Linux riscv64")
+#: System and processor, as Python names them.
+MACHINES = (
+    ("Linux", "x86_64"),
+    ("Linux", "aarch64"),
+    ("Windows", "AMD64"),
+    ("Darwin", "arm64"),
+    ("Linux", "riscv64"),
+)
 
 
 @pytest.fixture
-def native_files(monkeypatch, tmp_path):
-    """A function that builds a native FMU but for compiling: its files, and the commands."""
+def native_build(monkeypatch, tmp_path):
+    """A function that builds a native FMU but for compiling; returns what it does in lines."""
     commands = []
 
     def compiled(command, sources, out, what):
@@ -128,13 +135,24 @@ def native_files(monkeypatch, tmp_path):
         image[18:20] = b"\xb7\0" if "aarch64" in what else b">\0"
         return bytes(image)
 
-    def native_files(compiler, machine, fmi, here):
-        zig, system = (tmp_path if compiler == "zig" else None), machine.split()[0]
-        monkeypatch.setattr(native, "ziglang", lambda: zig)
-        monkeypatch.setattr(native, "this_machine", lambda: machine)
-        monkeypatch.setattr("platform.system", lambda: system.replace("macOS", "Darwin"))
+    def native_build(compiler, here, fmi, system, machine):
+        monkeypatch.setattr(native, "ziglang", lambda: tmp_path if compiler == "zig" else None)
+        monkeypatch.setattr("platform.system", lambda: system)
+        monkeypatch.setattr("platform.machine", lambda: machine)
         commands.clear()
-        return replace(native.BUILDERS[fmi], here=here).files(), commands
+        plain = "a" if native.pythonfmu_runs_here() else "no"
+        about = f"{native.this_machine()}{' alone' * here} with {plain} binary of pythonfmu"
+        yield f"{compiler}, FMI {fmi}.0, {about}"
+        try:
+            files = replace(native.BUILDERS[fmi], here=here).files()
+        except UserError as error:
+            yield f"  {error}"
+            return
+        yield from (f"  {command}" for command in sorted(commands))
+        for name, data in files.items():
+            if name.startswith(("binaries/", "documentation/licenses")):
+                yield f"  {name} {sha256(data).hexdigest()[:8]}"
+        yield f"  for {', '.join(sorted(native.binaries_of(files)))}"
 
     monkeypatch.setattr(native, "compiled", compiled)
     monkeypatch.setenv("CC", "cc")
@@ -142,26 +160,18 @@ def native_files(monkeypatch, tmp_path):
     for file in native._NOTICES.values():
         (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / file).write_text(file)
-    return native_files
+    return native_build
 
 
-def test_native_builds(pytestconfig, native_files):
+def test_native_builds(pytestconfig, native_build):
     """By compiler and machine: commands, binaries with digests, refusals. Nothing is compiled."""
-    lines = []
-    for (compiler, here, count), fmi in product(
-        (("zig", False, 1), ("zig", True, 5), ("cc", False, 5)), (2, 3)
-    ):
-        for machine in MACHINES[:count]:
-            lines.append(f"{compiler}, {machine}{' alone' * here}, FMI {fmi}.0")
-            try:
-                files, commands = native_files(compiler, machine, fmi, here)
-            except UserError as error:
-                lines.append(f"  {error}")
-                continue
-            made = [name for name in files if name.startswith(("binaries/", "documentation/lic"))]
-            found = [f"{name} {sha256(files[name]).hexdigest()[:8]}" for name in made]
-            found.append(f"for {', '.join(sorted(native.binaries_of(files)))}")
-            lines += (f"  {line}" for line in (*sorted(commands), *found))
+    ways = ("zig", False, 1), ("zig", True, 5), ("cc", False, 5)
+    lines = [
+        line
+        for (compiler, here, count), fmi in product(ways, (2, 3))
+        for machine in MACHINES[:count]
+        for line in native_build(compiler, here, fmi, *machine)
+    ]
     text = "\n".join(lines).replace(sys.executable, "python").replace(str(ROOT), "…")
     assert_stored(pytestconfig, HERE / "snapshots" / "native", {"log.txt": f"{text}\n"})
 
