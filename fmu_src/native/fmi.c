@@ -123,10 +123,13 @@ typedef struct saved {
     Snapshot is;
 } Saved;
 
-static int is_saved(const Instance *i, const Saved *s)
+static int is_saved(const Saved *s) { return s && s->itself == s; }
+
+/* Refuse a state unless it is of this component. */
+static int accepts(Instance *i, int is_own)
 {
-    if (s && s->itself == s) return 1;
-    return is_illegal(i, "a state that isn't one of this FMU is refused");
+    if (!is_own) refuse_call(&i->component, refusal(FOREIGN_STATE, 0.0, 0.0));
+    return is_own;
 }
 
 /* Memory for a state; NULL, and a message, if there is none. */
@@ -140,7 +143,7 @@ static Saved *new_state(const Instance *i)
 
 FMI(Status) FMI_STATE(Get, )(void *c, void **state)
 {
-    if (!c || !state || (*state && !is_saved(c, *state))) return FMI(Error);
+    if (!c || !state || (*state && !accepts(c, is_saved(*state)))) return FMI(Error);
     Saved *s = *state ? *state : new_state(c);
     if (!s) return FMI(Error);
     snapshot_copy(&s->is, &COMPONENT(c)->is);
@@ -151,11 +154,7 @@ FMI(Status) FMI_STATE(Get, )(void *c, void **state)
 FMI(Status) FMI_STATE(Set, )(void *c, void *state)
 {
     const Saved *s = state;
-    if (!c) return FMI(Error);
-    if (!s || s->itself != s || s->is.is_solved != COMPONENT(c)->is.is_solved) {
-        refuse_call(COMPONENT(c), refusal(FOREIGN_STATE, 0.0, 0.0));
-        return FMI(Error);
-    }
+    if (!c || !accepts(c, is_saved(s) && s->is.is_solved == COMPONENT(c)->is.is_solved)) return FMI(Error);
     component_restore(COMPONENT(c), &s->is);
     return FMI(OK);
 }
@@ -164,7 +163,7 @@ FMI(Status) FMI_STATE(Free, )(void *c, void **state)
 {
     if (!c) return FMI(Error);
     if (!state || !*state) return FMI(OK);
-    if (!is_saved(c, *state)) return FMI(Error);
+    if (!accepts(c, is_saved(*state))) return FMI(Error);
     /* fmusim passes the state in place of its address: that is what a state begins with. */
     Saved *s = *state;
     *state = NULL;
@@ -175,14 +174,14 @@ FMI(Status) FMI_STATE(Free, )(void *c, void **state)
 
 FMI(Status) FMI_STATE(Serialized, Size)(void *c, void *state, size_t *size)
 {
-    if (!c || !size || !is_saved(c, state)) return FMI(Error);
+    if (!c || !size || !accepts(c, is_saved(state))) return FMI(Error);
     *size = PACKED_SIZE;
     return FMI(OK);
 }
 
 FMI(Status) FMI_STATE(Serialize, )(void *c, void *state, FMI(Byte) bytes[], size_t size)
 {
-    if (!c || !bytes || !is_saved(c, state)) return FMI(Error);
+    if (!c || !bytes || !accepts(c, is_saved(state))) return FMI(Error);
     if (size != PACKED_SIZE)
         return status_of(is_illegal(c, "another number of bytes than a serialized state has is refused"));
     packed(&((Saved *)state)->is, (unsigned char *)bytes);
@@ -193,9 +192,9 @@ FMI(Status) FMI_STATE(DeSerialize, )(void *c, const FMI(Byte) bytes[], size_t si
 {
     Saved *s = c && bytes && state ? new_state(c) : NULL;
     if (!s) return FMI(Error);
-    if (!unpacked(&s->is, (const unsigned char *)bytes, size)) {
+    if (!accepts(c, unpacked(&s->is, (const unsigned char *)bytes, size))) {
         free(s);
-        return status_of(is_illegal(c, SENTENCES[FOREIGN_STATE]));
+        return FMI(Error);
     }
     *state = s;
     return FMI(OK);
