@@ -98,18 +98,6 @@ def test_scripts(session):
             raise AssertionError(f"{text}\n{error}") from None
 
 
-def test_the_comparison_can_fail(session):
-    """An instance that is driven by other calls than the accepted ones deviates."""
-    row = next(row for row in session.table.values() if row.causality == "parameter")
-    session.begin()
-    session.compare()
-    other = session.rules.values | {row.name: 1.1 * row.start}
-    session.rules.begun = session.rules.values = other
-    session.dirty = True
-    with pytest.raises(AssertionError, match=row.name):
-        session.compare()
-
-
 #: Of FMI 2.0; no FMU has them.
 UNSUPPORTED = (
     "CancelStep", "GetStatus", "GetIntegerStatus", "GetBooleanStatus", "GetStringStatus",

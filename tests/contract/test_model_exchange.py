@@ -74,10 +74,12 @@ class Solved(InFmu):
         return self
 
     def event(self):
-        """Handle the events of this instant; returns whether the simulation must stop."""
+        """Handle the events of this instant; returns whether, and a message why, it must stop."""
         self.slave.enterEventMode()
+        before = len(self.messages)
         again, stop, nominals, jumped, *_ = self._update()
         assert (again, nominals, jumped) == (False, False, True)
+        assert stop == (len(self.messages) > before)
         return stop
 
     def changes(self, unknowns, known):

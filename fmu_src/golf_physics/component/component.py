@@ -280,7 +280,7 @@ class Component(FmiComponent):
             ),
         )  # fmt: skip
 
-    def restore(self, snapshot: Snapshot | None) -> None:
+    def restore(self, snapshot: Any) -> None:
         """Go back to a snapshot: the instance is then exactly as it was."""
         if not isinstance(snapshot, Snapshot):
             self._refuse_call("FOREIGN_STATE")

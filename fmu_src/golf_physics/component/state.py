@@ -42,10 +42,6 @@ def packed(snapshot: Any) -> bytes:
     return codec.packed(_VERSION, snapshot._replace(computed=None))
 
 
-def unpacked(data: bytes) -> Snapshot | None:
-    """The snapshot that became these bytes, or None: of another version, cut or damaged.
-
-    Bytes with a right checksum are those of an instance.
-    """
-    snapshot = codec.unpacked(_VERSION, data, CLASSES)
-    return snapshot if isinstance(snapshot, Snapshot) else None
+def unpacked(data: bytes) -> Any:
+    """The snapshot that became these bytes; None if they are of another version or damaged."""
+    return codec.unpacked(_VERSION, data, CLASSES)
