@@ -65,7 +65,7 @@ static void report(const Component *c, const Refusal refusals[], int count, Reas
         put_refusal(&list, &refusals[n]);
     }
     put_sentence(&text, about ? SENTENCES[about] : "%s", NULL, NULL, listed);
-    if (c->report) c->report(c->context, whole);
+    c->report(c->context, whole);
 }
 
 static void report_one(const Component *c, Refusal refusal) { report(c, &refusal, 1, FINE); }

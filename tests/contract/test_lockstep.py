@@ -60,7 +60,7 @@ def test_random_calls(session, examples):
 SCRIPTS = read_toml(HERE / "contract" / "scripts.toml")
 
 
-def refused_calls():
+def refused_calls(table):
     """Calls that are refused; what is right goes on as if they hadn't been made."""
     sizes = [f"step {size}" for size in (0, -1e-6, "nan", "inf", "-inf", 1e101)]
     shifts = (0.9e-6, -0.9e-6, 1.1e-6, -1.1e-6, 1.0, -1.0, math.nan, math.inf)
@@ -69,6 +69,12 @@ def refused_calls():
     misuses = "; ".join(f"misuse get Real {900 + n}" for n in range(10))
     for call in (*sizes, *points, *damages, misuses):
         yield f"begin; step 1e-4; {call}; recover"
+    # All that can be refused at once.
+    values = ((r.name, "nan" if r.type == "Real" else r.high + 1) for r in table.values())
+    bad = "; ".join(
+        f"set {name}={value}" for name, value in values if table[name].start is not None
+    )
+    yield f"reset; setup nan; enter; leave; {bad}; {misuses}; step 1e-4; compare"
 
 
 def ranges(table):
@@ -88,7 +94,7 @@ def ranges(table):
 
 
 def test_scripts(session):
-    texts = [*SCRIPTS["all"].values(), *refused_calls(), *ranges(session.table)]
+    texts = [*SCRIPTS["all"].values(), *refused_calls(session.table), *ranges(session.table)]
     # Each start of a swing is a search.
     texts = texts[:: 24 if session.model == "Swing" else 1]
     for text in [*texts, *SCRIPTS.get(session.model, {}).values()]:

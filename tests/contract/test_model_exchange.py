@@ -320,6 +320,8 @@ def test_outputs_and_directional_derivatives(model, way, folder):
                 assert_close(now, {n: exact[n] for n in exact if n not in unknown}, SCALES, 1e-12)
             assert model.derivatives() == [*model.read(DERIVATIVES).values()]
             assert model.indicators() == [*model.read(INDICATORS).values()]
+            flags = [model["touched"], model["separated"]]
+            assert [value == -1.0 for value in model.indicators()] == flags
             for known, size in sizes.items() if phase != "apart" else ():
                 changes = model.changes(UNKNOWNS, known)
                 assert math.isnan(changes["impulse"]) is ("impulse" in unknown)

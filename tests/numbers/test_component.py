@@ -121,13 +121,15 @@ def test_bodies_push_up_to_the_last_double_before_separation(way, values):
     rng = random.Random(1)
     for number in range(2, 60):
         given = values | {"k": 10.0 ** rng.uniform(4, 7), "club_speed": rng.uniform(5.0, 70.0)}
-        time = golf_impact.run_impact(["contact_time"], **given)["contact_time"]
+        end = golf_impact.run_impact(["contact_time", "ball_velocity"], **given)
+        time = end["contact_time"]
         for steps in ([time / number] * number, [time * (1.0 - 2.0**-53)], [time * (1 - 2.0**-51)]):
             way.begin(given)
             for size in steps:
                 assert way.step(size)
-                force, *_, compression = way.read(MOTION).values()
+                force, *_, v_ball, compression = way.read(MOTION).values()
                 assert min(force, compression) >= 0.0
+            assert v_ball == pytest.approx(end["ball_velocity"], rel=1e-12)
 
 
 @pytest.mark.parametrize(("bits", "faster"), [(0, True), (1, True), (2, False)])
