@@ -12,7 +12,7 @@ from selenium import webdriver
 from selenium.webdriver import Keys
 from selenium.webdriver.support.ui import Select, WebDriverWait
 
-from golf_impact.explore.page import page, write_page
+from golf_impact.explore.page import write_page
 
 #: In node, without a document: results and paths of cases, or why they are refused.
 _NODE = """
@@ -47,9 +47,9 @@ def by_wasm(cases, folder):
     return json.loads(run("node", "-e", _NODE, page_file, cases_file).stdout)
 
 
-def facts(text=""):
+def facts(text):
     """What a page has from the project's tables."""
-    return json.loads(re.search(r'id="facts">(.*?)</script>', text or page({}))[1])
+    return json.loads(re.search(r'id="facts">(.*?)</script>', text)[1])
 
 
 def chrome():

@@ -3,6 +3,7 @@
 That its numbers are those of the physics is in tests/numbers: the page is one of the ways.
 """
 
+import json
 import re
 from importlib.resources import files
 
@@ -16,7 +17,7 @@ from tab import by_wasm, facts
 
 import golf_impact
 from golf_impact.data.balls import BALLS
-from golf_impact.explore.page import page
+from golf_impact.explore.page import write_page
 
 STIFFENING = {"law": 2, "b": 0.0, "exponent": 1.6}
 SOFT = {"law": 2, "k": 0.1, "b": 0.0}  # a contact of 2 s
@@ -55,8 +56,9 @@ def test_bodies_that_stay_together_are_drawn_for_ten_contacts(tmp_path):
     assert 10.0 * elastic < found["path"]["time"][-1] < 20.0 * elastic
 
 
-def test_one_file_that_needs_nothing_else():
-    text, wasm = page({}), files("golf_impact.explore") / "physics.wasm"
+def test_one_file_that_needs_nothing_else(tmp_path):
+    text = write_page(tmp_path / "page.html", {}).read_text("utf-8")
+    wasm = files("golf_impact.explore") / "physics.wasm"
     check_page(text)
     assert (len(text.encode()) < 400_000, len(wasm.read_bytes()) <= 130_000) == (True, True)
     markup = re.sub(r"<(script|style|pre)\b.*?</\1>", "", text, flags=re.DOTALL)
@@ -65,7 +67,20 @@ def test_one_file_that_needs_nothing_else():
     assert re.findall(r"\b(?:import|fetch|XMLHttpRequest|WebSocket)\b", script) == []
     for notice in ("musl as a whole is licensed", "wasi-libc as a whole", "The MIT License"):
         assert notice in text
-    assert {name: one["start"] for name, one in facts()["inputs"].items()} == DEFAULTS
+    assert {name: one["start"] for name, one in facts(text)["inputs"].items()} == DEFAULTS
+
+
+def test_what_the_scripts_are_given(tmp_path, pytestconfig):
+    """From page.toml and the tables: `pytest --update tests/page` writes it, read the diff."""
+    given = facts(write_page(tmp_path / "page.html", {}).read_text("utf-8"))
+    lines = []
+    for part in ("undefined", "remarkable", "laws", "readouts", "examples", "opening"):
+        rows = given[part].items() if isinstance(given[part], dict) else enumerate(given[part])
+        lines += [f"{part} {n}: {json.dumps(row, ensure_ascii=False)}\n" for n, row in rows]
+    snapshot = ROOT / "tests" / "snapshots" / "page-facts.txt"
+    if pytestconfig.getoption("--update"):
+        snapshot.write_text("".join(lines), "utf-8")
+    assert "".join(lines) == snapshot.read_text("utf-8")
 
 
 @pytest.mark.ci
@@ -84,16 +99,19 @@ def test_the_wasm_is_made_from_these_sources():
 def test_the_command(tmp_path):
     """With a ball of one's own and its conditions; without the place where its author has it."""
     (tmp_path / "mine.toml").write_text(
-        'title = "<b>mine</b>"\nlaw = 2\nk = "800 N/mm"\nb = 30\n[conditions]\nclub_speed = 41.0\n'
+        'title = "<b>mine</b>"\nlaw = 2\nb = "30 N·s/m"\n[conditions]\nclub_speed = 41.0\n'
     )
-    mine = f"--ball={tmp_path}/mine.toml", "--set=b=31"
+    mine = f"--ball={tmp_path}/mine.toml", "--set=b=31", "--set=k=8e5"
     done = golf_here("explore", "--no-browser", *mine, cwd=tmp_path, code=0)
     default, other = tmp_path / "golf-impact-results" / "explore.html", tmp_path / "a/b.html"
     text = default.read_text("utf-8")
     assert (done.stdout.splitlines()[-1], str(tmp_path) in text) == (str(default), False)
     written = facts(text)
     assert written["case"] == DEFAULTS | {"law": 2, "k": 8e5, "b": 31.0, "club_speed": 41.0}
-    assert written["balls"][-1]["name"] == "mine"
+    mine, others = written["balls"][-1], written["balls"][:-1]
+    assert (mine["name"], mine["values"]["exponent"]) == ("mine", 1.0)
+    assert mine["limits"].startswith("k is undetermined: force, contact time")
+    assert [one["limits"] for one in others] == [ball.limits for ball in BALLS.values()]
     assert ("&lt;b&gt;mine" in text, "<b>mine" in text) == (True, False)
     # For a class: without the answers, which aren't hidden in there either.
     golf_here("explore", "--set=club_speed=95mph", "--export", other, "--no-answers", code=0)

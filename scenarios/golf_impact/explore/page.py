@@ -1,7 +1,6 @@
 """The page of `golf-impact explore` as one file: markup, style, scripts, data and the physics."""
 
 import base64
-import json
 import re
 from collections.abc import Mapping
 from dataclasses import replace
@@ -66,18 +65,12 @@ def write_page(
     """
     if path.is_file() and f'content="{GENERATOR}"' not in path.read_text("utf-8", "replace"):
         raise UserError(f"{path} isn't a page of {GENERATOR}: it stays; choose another name")
-    return write(path, page(values, own, answers))
-
-
-def page(values: Mapping[str, float], own: Ball | None = None, answers: bool = True) -> str:
-    """The text of the page; see `write_page`."""
     facts = _facts(values, own)
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
     environment.filters["subscripts"] = _subscripts
-    return environment.from_string(_read("page.html")).render(
+    environment.policies["json.dumps_kwargs"] = {}  # Not sorted.
+    text = environment.from_string(_read("page.html")).render(
         facts=facts,
-        # Nothing in a script element may end it.
-        data=json.dumps(facts, allow_nan=False, ensure_ascii=False).replace("<", "\\u003c"),
         answers=answers,
         controls=[facts["inputs"][name] for name in _DATA["controls"]],
         sweeps=_DATA["sweeps"],
@@ -89,6 +82,7 @@ def page(values: Mapping[str, float], own: Ball | None = None, answers: bool = T
         script="\n".join(_read(f"{name}.js") for name in _SCRIPTS),
         wasm=base64.b64encode((_HERE / "physics.wasm").read_bytes()).decode(),
     )
+    return write(path, text)
 
 
 def _subscripts(text: str) -> Markup:

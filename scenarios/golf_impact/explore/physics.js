@@ -88,8 +88,6 @@ class Physics {
     points.push(...[-1e-6, 1e-6, ...shares].map((share) => lead + share * contact), lead + (metrics.time_of_max_force || 0))
     points.push(...Array.from({length: AFTER}, (_, n) => lead + contact + (n + 1) / AFTER * (end - contact)))
     const times = [...new Set(points)].sort((a, b) => a - b)
-    if (times.length < BEFORE + WITHIN + AFTER || times.at(-1) + lead == times.at(-1))
-      throw new Refused(`A contact of ${contact.toPrecision(3)} s is too short or too long to be drawn.`)
     this.prepare([touched ? {...values, gap: (club_speed - ball_speed) * lead} : values], times.length)
     this.values.set(times, this.inputs.length * ROWS)
     this.check(this.wasm.begin(times.at(-1)))
