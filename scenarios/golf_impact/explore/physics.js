@@ -52,7 +52,7 @@ class Physics {
   // The contact time without damping, s; an estimate if the exponent isn't 1.
   halfPeriod({m_club, m_ball, k, exponent: n, club_speed, ball_speed, reference_compression: d_r}) {
     const period = Math.PI * Math.sqrt(1 / (1 / m_club + 1 / m_ball) / k), closing = Math.abs(club_speed - ball_speed)
-    if (!(n > 1 && closing > SLOWEST)) return period
+    if (closing < SLOWEST) return period
     const ratio = closing * period / (Math.PI * d_r)
     return Math.PI * d_r * (0.5 * (n + 1) * ratio * ratio) ** (1 / (n + 1)) / closing
   }
