@@ -61,6 +61,7 @@ def test_one_file_that_needs_nothing_else(tmp_path):
     wasm = files("golf_impact.explore") / "physics.wasm"
     check_page(text)
     assert (len(text.encode()) < 400_000, len(wasm.read_bytes()) <= 130_000) == (True, True)
+    assert "Answer key" in text
     markup = re.sub(r"<(script|style|pre)\b.*?</\1>", "", text, flags=re.DOTALL)
     assert re.findall(r'\b(?:src|href|action)="(?![#?]|data:)[^"]*"', markup) == []
     script = text[text.index('<script type="module">') :]

@@ -88,8 +88,8 @@ function openAddress() {
   if (facts.speeds.includes(unit)) get("unit").value = unit
   setUnit()
   const isInput = (name) => Object.hasOwn(START, name), names = Object.keys(given).filter(isInput), ignored = Object.keys(given).filter((name) => !isInput(name))
-  // A case without a level is that of an address which All wrote, or of a file that Simple may not show.
-  setLevel(["all", "simple"].includes(level) ? level : names.length || facts.case && !fitsSimple(facts.case) ? "all" : "simple")
+  // An address with a case, but without a level, is one that All wrote.
+  setLevel(["all", "simple"].includes(level) ? level : names.length ? "all" : "simple")
   request(opening())
   const values = names.length ? {...START, ...isSimple() && {law: 2}} : level ? {} : {...facts.case}
   const isAccepted = accepts(() => { for (const name of names) values[name] = read(facts.inputs[name], given[name], facts.inputs[name].si) })
@@ -169,6 +169,7 @@ const titleOf = (values) => {
 }
 
 function draw() {
+  if (isSimple() && !fitsSimple(shown.values)) setLevel("all")
   mark()
   drawControls(shown)
   shown.cells = drawResults(shown)
