@@ -71,7 +71,7 @@ class Tab:
 
     def __init__(self, browser, file):
         self.browser, self.file, self.saved = browser, file, {}
-        self.dark(False).screen(1366, 768)
+        self.media(prefers_color_scheme="light").screen(1366, 768)
 
     def open(self, address=""):
         self.browser.get("about:blank")
@@ -96,15 +96,10 @@ class Tab:
         self.cdp("Emulation.setDeviceMetricsOverride", **size)
         return self
 
-    def dark(self, on):
-        features = [{"name": "prefers-color-scheme", "value": "dark" if on else "light"}]
-        self.cdp("Emulation.setEmulatedMedia", features=features)
-        return self
-
-    def still(self):
-        """Nothing moves by itself."""
-        features = [{"name": "prefers-reduced-motion", "value": "reduce"}]
-        self.cdp("Emulation.setEmulatedMedia", features=features)
+    def media(self, **features):
+        """As a user's system asks for: prefers_color_scheme="dark", prefers_reduced_motion …"""
+        named = [{"name": n.replace("_", "-"), "value": value} for n, value in features.items()]
+        self.cdp("Emulation.setEmulatedMedia", features=named)
         return self
 
     def until(self, condition):
@@ -164,14 +159,13 @@ class Tab:
 
     def download(self, name):
         """A file: how many lines it has, and some of them."""
-        folder, self.saved = self.file.parent, {}
-        self.cdp("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(folder))
-        file = self.select("download", name).until(lambda: [*folder.glob(f"*-{name}")])[0]
+        file = self.file.with_name(f"golf-impact-{name}")
+        self.cdp("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(file.parent))
+        self.select("download", name).until(file.exists)
         text = re.sub(r"(?<=\.\d{9})\d+", "…", file.read_text("utf-8"))
         lines = re.sub(r"<style>.*</style>", "…", text, flags=re.DOTALL).splitlines()
-        self.saved = {
-            ("file", name): f"{len(lines)}; {lines[0][:300]}; {lines[len(lines) // 2][:300]}"
-        }
+        some = lines[0][:300], lines[len(lines) // 2][:300]
+        self.saved = {("file", name): "; ".join([str(len(lines)), *some])}
         return self
 
     def shown(self):

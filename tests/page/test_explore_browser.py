@@ -60,7 +60,7 @@ def test_what_it_shows(tab, pytestconfig):
     """After steps, what differs from what stands above: read the diff of what --update writes."""
     head, *lines = re.split(r"^> ", SNAPSHOT.read_text("utf-8"), flags=re.MULTILINE)
     written, known = [head.strip("\n")], {}
-    tab.still()
+    tab.media(prefers_reduced_motion="reduce")
     for line in (line.partition("\n")[0] for line in lines):
         steps, _, parts = line.partition(" -> ")
         for step in steps.split("; "):
@@ -117,7 +117,8 @@ def test_the_ball_moves_once(tab):
     # What the user does ends it.
     tab.open().type("b", "20")
     assert tab.get("play").get_attribute("aria-pressed") == "false"
-    assert tab.still().open().get("play").get_attribute("aria-pressed") == "false"
+    tab.media(prefers_reduced_motion="reduce").open()
+    assert tab.get("play").get_attribute("aria-pressed") == "false"
 
 
 def test_play_and_a_mouse(tab):
@@ -180,9 +181,9 @@ def axe(tmp_path_factory):
 
 
 @screens
-@pytest.mark.parametrize("dark", [False, True])
-def test_accessibility(tab, axe, screen, dark):
-    tab.screen(*screen).dark(dark)
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_accessibility(tab, axe, screen, scheme):
+    tab.screen(*screen).media(prefers_color_scheme=scheme)
     for where in ("", "#law=1&exponent=1.5", "#law=2&level=simple"):
         tab.open(where).press("Pin").each("details", "x.open = true")
         tab.cdp("Runtime.evaluate", expression=axe)
