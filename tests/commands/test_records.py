@@ -2,6 +2,8 @@
 
 import json
 import math
+import re
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -94,10 +96,160 @@ def curve(rows=260, lead=100):
     return time, np.where(inside, 6e3 * np.sin(5e3 * since), 0.0)
 
 
-def conditioned(*columns, window=None, **options):
+def conditioned(*columns, window=None, baseline="", **options):
     """The curve as it is fitted."""
     given = {"club_speed": 30.0, "m_club": 0.2, "m_ball": 0.05} | options
-    return measurements(given, curve=columns, window=window).curves["curve"]
+    data = measurements(given, curve=columns, window=window, baseline=baseline)
+    return data.curves["curve"]
+
+
+TIME, FORCE = curve()
+#: Its largest force, its impulse over reduced mass times speed; 105 rows are above a quarter.
+PEAK, RATIO = FORCE.max(), np.trapezoid(FORCE, TIME) / (0.04 * 30.0)
+
+
+def said(time, force):
+    """Notes, or why a record is refused, without numbers."""
+    try:
+        words = conditioned(time, force).notes
+    except UserError as error:
+        words = [str(error)]
+    return re.sub(r"\b\d+(\.\d+)?(e[-+]\d+)?", "#", "; ".join(words))
+
+
+def peak(time, force):
+    """The row of the largest force, of a record that is refused."""
+    with pytest.raises(UserError, match="the largest force") as error:
+        conditioned(time, force)
+    return int(re.search(r"row (\d+)", str(error.value))[1])
+
+
+def changed(*changes):
+    """The half sine with other forces in some rows."""
+    force = FORCE.copy()
+    for rows, value in changes:
+        force[rows] = value
+    return TIME, force
+
+
+def blocks(*forces, stretch=1.0):
+    """Numbers of rows at (almost) a force; the first pulse, of 30 rows, has 1.8 times μ v."""
+    force = np.concatenate([np.full(round(n), f) for n, f in forces])
+    unit = 1.8 * 0.04 * 30.0 / (np.count_nonzero(force == 1.0) * 2.0**-18)
+    rows = np.arange(len(force))
+    return stretch * 2.0**-18 * rows, unit * force * (1.0 + 1e-6 * rows)
+
+
+def scattered(ratio):
+    """The offset of a baseline beside scatter that is so many times larger after contact."""
+    time, force = curve(327)
+    noise = (-1.0) ** np.arange(327)
+    force[:100] += noise[:100]
+    force[225:] += 50.0 + ratio * noise[225:]
+    return round(conditioned(time, force, baseline="constant").baseline[0])
+
+
+def steps(n):
+    """Forces in steps of 500 N, 20 rows at the largest one and n rows a step below."""
+    force = np.minimum(500.0 * np.round(FORCE / 500.0), 5000.0)
+    force[140:160], force[160 : 160 + round(n)] = 6e3, 5500.0
+    return said(TIME, force)
+
+
+def shots(folder, speeds, cors, unit=" [m/s]"):
+    """What is said of shots with a club of 0.2 kg and a ball of 0.05 kg."""
+    rows = [f"{u!r},{u * (1.0 + e) / 1.25!r}" for u, e in zip(speeds, cors)]
+    file = folder / "shots.csv"
+    file.write_text("\n".join([f"Club Speed{unit},Ball Speed{unit}", *rows]))
+    try:
+        words = measurements({"m_club": 0.2, "m_ball": 0.05}, shots=file).cor_speeds.notes
+    except UserError as error:
+        words = [str(error)]
+    return re.sub(r"\b\d+(\.\d+)?\b(?! shots)", "#", "; ".join(words))
+
+
+SPEEDS = [30.0, 35.0, 38.0, 40.0, 42.0, 45.0, 50.0]
+MIDDLE = [40.0] * 8
+#: What is said of a record, or another result, by a number; its range, where the result changes.
+BORDERS = {
+    "amplitude": (lambda x: said(TIME, x * FORCE), 4e-4, 3.0, [
+        *(x / RATIO for x in (1e-3, 2e-3, 1 / 3.6, MPH, 2 / 3.6, 2 * MPH, 0.95, 2.05)),
+        0.05 / 0.04 / (0.5 * RATIO)]),
+    "amplitude of an incomplete record": (lambda x: said(TIME[150:], x * FORCE[150:]), 0.36, 0.6,
+        [0.5 * 1.2 / np.trapezoid(FORCE[150:], TIME[150:])]),
+    "a time before": (lambda x: said(np.array([5.0, 6.0, 5.0 + x, 7.0]), np.ones(4)), 1e-3, 0.5,
+        [0.01]),
+    "stretched time": (lambda x: said(x * TIME, FORCE), 5.0, 1e5,
+        [0.02 / (104 * 5e-6), 20.0 / (104 * 5e-6)]),
+    "a negative row": (lambda x: peak(
+        *changed((slice(40), 100.0), (slice(230, 260), 300.0), (60, -x))), 4e3, 9e3,
+        [PEAK - 400.0]),
+    "undershoot": (lambda x: said(*changed((60, -x))), 100.0, 5e3, [PEAK / 3.0]),
+    "a tail": (lambda x: said(37.0 * TIME, changed((slice(216, 250), x * PEAK))[1]), 0.15, 0.5,
+        [0.25]),
+    "begin": (lambda x: said(*changed(([0, 1, 2], [0.0, x * PEAK, 0.9 * PEAK]))), 0.01, 0.24,
+        [0.1]),
+    "end": (lambda x: said(*changed(([-3, -2, -1], [0.9 * PEAK, x * PEAK, 0.0]))), 0.01, 0.24,
+        [0.1]),
+    "first rows": (lambda n: peak(*changed((slice(round(n)), -7e3))) > 100, 3, 10, [6.5]),
+    "rows at the top": (lambda n: said(*changed((slice(150, 150 + round(n)), 6100.0))), 2, 30,
+        [10.5]),
+    "few rows at the top": (lambda n: said(TIME[::5], changed(
+        (slice(150, 150 + 5 * round(n)), 6100.0))[1][::5]), 2, 6, [3.5]),
+    "rows below the top": (steps, 1, 9, [4.5]),
+    "rows in contact": (lambda n: said(*blocks((20, 0), (n, 1), (20, 0))), 2, 40, [4.5, 30.5]),
+    "rows below a limit": (lambda n: said(*changed((slice(108 + round(n), 219), 4500.0))), 1, 20,
+        [4.5]),
+    "a second pulse": (lambda x: said(*blocks((20, 0), (100, 1), (50, 0), (40, x), (20, 0))),
+        0.11, 0.9, [0.25]),
+    "rows of a second pulse": (lambda n: said(*blocks((20, 0), (100, 1), (50, 0), (n, 2), (20, 0))),
+        9, 60, [19.5]),
+    "rows of a second short pulse": (lambda n: said(
+        *blocks((20, 0), (20, 1), (50, 0), (n, 2), (20, 0))), 4, 15, [4.5]),
+    "a pause": (lambda x: said(*blocks((20, 0), (100, 1), (50, x), (40, 1), (20, 0))), 0.01, 0.24,
+        [0.1]),
+    "rows of a pause": (lambda n: said(*blocks((20, 0), (100, 1), (n, 0), (40, 1), (20, 0))),
+        2, 30, [9.5]),
+    "rows of a pause of short pulses": (lambda n: said(
+        *blocks((20, 0), (20, 1), (n, 0), (20, 1), (20, 0))), 1, 9, [2.5]),
+    "two slow pulses": (lambda x: peak(
+        *blocks((20, 0), (100, 1), (50, 0), (40, 1.5), (20, 0), stretch=x)), 1e4, 2.6e4,
+        [20.0 / (229 * 2.0**-18)]),
+    "scatter": (scattered, 1.2, 3.0, [2.0]),
+}  # fmt: skip
+SHOTS = {
+    "speeds without a unit": (lambda f, x: shots(f, [x * u / 40.0 for u in SPEEDS], [0.8] * 7, ""),
+        20.0, 90.0, [33.0, 58.0]),
+    "a mishit": (lambda f, x: shots(f, SPEEDS, [0.8, 0.8, 0.8, 0.8 - x, 0.8, 0.8, 0.8]), 1e-3, 0.1,
+        [0.009]),
+    "a mishit beside scatter": (lambda f, x: shots(
+        f, [*MIDDLE, 41.0, 41.0], [0.81, 0.79] * 4 + [0.8 + x, 0.8 - x]), 0.011, 0.1,
+        [3.0 * 1.4826 * 0.01]),
+    "energy from nowhere": (lambda f, x: shots(f, SPEEDS, [0.996] * 6 + [x]), 0.99, 1.004, [1.0]),
+    "no energy": (lambda f, x: shots(f, SPEEDS, [0.012] * 6 + [x]), 0.005, 0.02, [0.01]),
+    "a line": (lambda f, x: shots(f, [*MIDDLE, 40.0 - x, 40.0 + x], [0.8] * 8 + [0.82, 0.78]),
+        1.0, 3.0, [2.0]),
+    "shots": (lambda f, n: shots(f, SPEEDS[: round(n)], [0.8] * 7), 1, 6, [2.5]),
+}  # fmt: skip
+
+
+def assert_borders(said, low, high, borders):
+    """Fail unless what is said changes at the borders, to a thousandth of them, and only there."""
+    near = [x * factor for x in borders for factor in (1.0 - 4e-4, 1.0 + 4e-4)]
+    words = [said(x) for x in (low, *near, high)]
+    changes = [a != b for a, b in pairwise(words)]
+    assert changes == [n % 2 == 1 for n in range(len(changes))], words
+
+
+@pytest.mark.parametrize("name", BORDERS)
+def test_borders_of_records(name):
+    assert_borders(*BORDERS[name])
+
+
+@pytest.mark.parametrize("name", SHOTS)
+def test_borders_of_shots(tmp_path, name):
+    said, *borders = SHOTS[name]
+    assert_borders(lambda x: said(tmp_path, x), *borders)
 
 
 @pytest.mark.parametrize(

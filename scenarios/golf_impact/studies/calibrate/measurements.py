@@ -417,8 +417,6 @@ def _read_shots(path: Any, columns: str, impact: Mapping[str, float]) -> Series:
 
     COR = S (1 + m_B/m_C) − 1 with the smash factor S, along the face normal.
     """
-    from scipy.stats import theilslopes  # takes a second to import
-
     table = read_table(Path(path), (records.CLUB, records.BALL), columns, missing=0.5)
     club, ball = table.columns.values()
     notes = [*table.notes]
@@ -436,9 +434,12 @@ def _read_shots(path: Any, columns: str, impact: Mapping[str, float]) -> Series:
         )
         notes.append(f"speeds have no unit: taken in {symbol}")
     cor = ball / club * (1.0 + impact["m_ball"] / impact["m_club"]) - 1.0
-    # 1.4826 times the median deviation is σ of a normal distribution.
-    slope = theilslopes(cor, club)[0] if np.ptp(club) > 0.1 * club.mean() else 0.0
+    # The median of the slopes of all pairs (Theil and Sen), unless they are of one speed.
+    wide = np.ptp(club) > 0.1 * club.mean()
+    run, rise = (np.subtract.outer(of, of) for of in (club, cor))
+    slope = np.median(rise[run > 0.0] / run[run > 0.0]) if wide else 0.0
     off = cor - slope * club
+    # 1.4826 times the median deviation is σ of a normal distribution.
     off -= np.median(off)
     limit = 3.0 * max(1.4826 * float(np.median(np.abs(off))), 0.003)
     kept = (np.abs(off) <= limit) & (cor > 0.01) & (cor < 1.0)
@@ -508,6 +509,8 @@ def conditioned(curve: Curve, baseline: str) -> Curve:
     near = np.count_nonzero(y > y.max() - 1.5 * step)
     if top.sum() >= max(4, 0.1 * len(inside)) and top.sum() > 0.8 * near:
         notes.append(f"{top.sum()} rows at the largest force are left out: clipped")
+        if (left := len(inside) - top.sum()) < 5:
+            raise curve.error(peak, f"only {left} rows in contact are below the sensor's limit")
         curve = curve.rows(~top, clipped=True)
     for at, what in ((slice(3), "begins"), (slice(-3, None), "ends")):
         share = np.median(force[at]) / force[peak]
@@ -587,14 +590,16 @@ def _check_impulse(curve: Curve) -> None:
     ]
     if 1.0 < 1e3 * ratio < 2.0:
         hints.append("force looks like kN: write force [kN] in its header, or --columns")
-    if ratio > 2.0:
-        hints.append("if there are two pulses, cut the record: --window 0:2ms")
-    hints.append(f"it fits club speeds of {speed * ratio / 2.0:.3g} to {speed * ratio:.3g} m/s")
-    masses = [impulse / (speed * part) for part in (2.0, 1.0)]
-    if masses[0] < m_ball:
-        least, most = (m * m_ball / (m_ball - m) if m < m_ball else math.inf for m in masses)
-        ends = f"from {least:.3g} to {most:.3g} kg" if most < 10.0 else f"of {least:.3g} kg or more"
-        hints.append(f"or --m-club {ends}")
+    fits = f"it fits club speeds of {speed * ratio / 2.0:.3g} to {speed * ratio:.3g} m/s"
+    # Club masses by the reduced mass, which is impulse over speed if COR is 0, half of it if 1.
+    most, least = impulse / speed, impulse / speed / 2.0
+    if ratio < 1.0:
+        ends = [reduced * m_ball / (m_ball - reduced) for reduced in (least, most)]
+        hints += [fits, "or --m-club from {:.3g} to {:.3g} kg".format(*ends)]
+    else:
+        hints += ["if there are two pulses, cut the record: --window 0:2ms", fits]
+        if least < m_ball:
+            hints.append(f"or --m-club of {least * m_ball / (m_ball - least):.3g} kg or more")
     raise UserError(
         f"{curve.name}: its impulse, {impulse:.4g} N·s, is {ratio:.3g} times reduced mass times "
         f"club speed ({speed:g} m/s, club {m_club:g} kg), where 1 to 2, 1 + COR, is possible; "
