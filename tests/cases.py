@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-from golf_physics.variables import SETTABLE
+from golf_physics.variables import MORE_UNITS, SETTABLE, UNITS
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 
@@ -19,6 +19,9 @@ from golf_impact.evidence.reference import Reference, mp
 from golf_impact.evidence.scales import Scales
 
 DEFAULTS = {row.name: row.start for row in SETTABLE.values()}
+
+#: Exponents of kg, m and s by unit.
+BASE = {"": {}} | {name: unit.base for name, unit in (UNITS | MORE_UNITS).items()}
 
 
 class Case(NamedTuple):

@@ -7,9 +7,9 @@ import math
 from importlib.resources import files
 
 import pytest
-from cases import DEFAULTS, KINDS, Case, scales_of
+from cases import BASE, DEFAULTS, KINDS, Case, scales_of
 from compare import assert_close
-from golf_physics.variables import BY_NAME, MORE_UNITS, UNITS
+from golf_physics.variables import BY_NAME
 
 from golf_impact.data.files import read_toml
 from golf_impact.data.quantities import QUANTITIES, Quantity
@@ -54,10 +54,6 @@ def test_units_fit_their_factors():
         assert (si, quantity.factor * size) == (unit, pytest.approx(1.0)), name
     for name, control in PAGE["controls"].items():
         assert size_of(control["unit"])[0] == (unit_of(name) or "1"), name
-
-
-#: Exponents of kg, m and s by unit.
-BASE = {"": {}} | {name: unit.base for name, unit in (UNITS | MORE_UNITS).items()}
 
 
 def test_the_unit_of_an_acceleration():

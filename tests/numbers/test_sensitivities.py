@@ -6,7 +6,9 @@ derivatives, and what is refused: transcripts/python.md.
 
 import numpy as np
 import pytest
+from cases import BASE
 from compare import assert_within
+from golf_physics.variables import BY_NAME
 
 import golf_impact
 from golf_impact.data.balls import BALLS
@@ -15,7 +17,6 @@ from golf_impact.data.runs import METRICS
 from golf_impact.evidence.reference import Reference, mp
 
 BALL, PENNER = (dict(BALLS[name].values) for name in ("roh-lee", "penner"))
-STRAIGHT = {"law": 2, "restitution_at_rest": 0.86, "restitution_slope": 1e-3}
 LINE = ("restitution_at_rest", "restitution_slope")
 
 
@@ -25,6 +26,41 @@ def assert_slope(values, output, variable, found, slope, size):
     scale = max(abs(slope), abs(size / (value or 1.0))) or 1.0
     error = float(abs(found.item() - slope) / scale)
     assert_within(error, 1e-8, name=f"∂ {output} / ∂ {variable}", values=values)
+
+
+def test_dimensions():
+    """Euler's theorem of every result: its slopes follow its dimensions in kg, m and s."""
+    rng, number = np.random.default_rng(1), 100
+    law = rng.integers(1, 3, number)
+    at_rest = np.where(law == 2, rng.choice([0.0, 0.8], number), 0.0)
+    values = {
+        "k": 10.0 ** rng.uniform(4.0, 7.0, number),
+        "b": rng.choice([0.0, 1.0, 10.0, 1000.0], number) * rng.random(number),
+        "club_speed": rng.uniform(1.0, 60.0, number),
+        "ball_speed": rng.choice([0.0, -1.0, 0.5], number) * rng.random(number),
+        "m_club": rng.uniform(0.05, 1.0, number),
+        "m_ball": rng.uniform(0.02, 0.1, number),
+        "gap": rng.choice([0.0, 0.1], number) * rng.random(number),
+        "reference_compression": rng.uniform(1e-3, 1e-2, number),
+        "restitution_slope": np.where(at_rest > 0.0, 2e-3 * rng.random(number), 0.0),
+    }
+    exponent = np.where(law == 2, rng.choice([1.0, 1.5, 2.3], number), 1.0)
+    given = values | {"law": law, "exponent": exponent, "restitution_at_rest": at_rest}
+    results = golf_impact.run_impacts(("separated", *METRICS), **given)
+    slopes = golf_impact.sensitivities(METRICS, values, **given)
+    for name in METRICS:
+        for unit in ("kg", "m", "s"):
+            power = {of: BASE[BY_NAME[of].unit].get(unit, 0) for of in (name, *values)}
+            terms = np.array([power[of] * values[of] * slopes[name][of] for of in values])
+            size = np.abs([*terms, results[name]]).sum(axis=0) + 1e-300
+            errors = np.abs(terms.sum(axis=0) - power[name] * results[name]) / size
+            # Without a separation velocities depend on the length of the run, too.
+            errors = errors[results["separated"]]
+            # Over a damping of 0, with an exponent.
+            assert np.isnan(errors).sum() == 4 * (name in ("contact_time", "contact_displacement"))
+            assert_within(np.nanmax(errors), 2e-10, name, unit=unit)
+            # Of central differences of eighth order: ten times as accurate as one-sided ones.
+            assert_within(np.nanmedian(errors), 1e-12, name, unit=unit)
 
 
 #: The damping just below ζ = 1/2, from which the largest force is at touch.
@@ -37,22 +73,18 @@ WEIGHTS = np.array([-1, 9, -45, 0, 45, -9, 1]) / 60
 @pytest.mark.parametrize(
     "values",
     [
-        {"law": 1, "ball_speed": -3.0, "gap": 1e-3, "b": 40.0},
-        {"law": 2, "ball_speed": 2.0, "gap": 0.01, "b": 100.0},
-        {"law": 1, "m_club": 0.05, "m_ball": 0.05},
-        *({"law": 1, "b": b} for b in (0.0, 160.0, 170.0, 400.0)),
-        *({"law": 2, "b": b} for b in (0.0, 1e-300, BORDER, 200.0, 600.0)),
+        *({"law": 1, "b": b} for b in (160.0, 400.0)),
+        *({"law": 2, "b": b} for b in (0.0, BORDER, 200.0)),
         *(ball | {"gap": 0.01, "reference_compression": 0.006} for ball in (BALL, PENNER)),
-        STRAIGHT,
     ],
 )
 def test_all_results(values):
-    """Of linear laws, of an exponent, of an exponent and a COR line, and of a line."""
+    """Of linear laws, of an exponent, of an exponent and a COR line."""
     names = {"k", "b", "club_speed", "ball_speed", "m_club", "m_ball", "gap", *values} - {"law"}
     found = golf_impact.sensitivities(METRICS, sorted(names), **values)
     for variable in names:
         value = float(values.get(variable, DEFAULTS[variable]))
-        if values.get("b") == BORDER or (value <= 1e-300 and variable != "ball_speed"):
+        if values.get("b") == BORDER or (value == 0.0 and variable != "ball_speed"):
             step, exact = mp.mpf(10) ** -25, DEFAULTS | values
             low, high = max(value - step, 0), value + step
             ends = [Reference(exact | {variable: end}).outputs(1) for end in (low, high)]
