@@ -48,6 +48,20 @@ def test_help(monkeypatch, command):
     assert max(map(len, text.splitlines())) <= 80
 
 
+@pytest.mark.parametrize(("screen", "works"), [("", True), (":0", True), (":0", False)])
+def test_explore_opens_its_page(tmp_path, monkeypatch, screen, works):
+    opened = []
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.setenv("DISPLAY", screen)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    monkeypatch.setattr("webbrowser.open", lambda address: opened.append(address) or works)
+    done = golf_here("explore", cwd=tmp_path, code=0)
+    page = tmp_path / "golf-impact-results" / "explore.html"
+    assert opened == [page.as_uri()] * bool(screen)
+    assert done.stdout == f"{page}\n"
+    assert ("No browser can be opened" in done.stderr) == (not opened or not works)
+
+
 # Files in the way
 
 #: A file that each command writes.
