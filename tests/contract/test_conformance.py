@@ -21,9 +21,11 @@ from ways import FMUS, fmu_file, marked
 
 import golf_impact
 from golf_build import native
-from golf_build.archive import unpack, write_archive
+from golf_build.archive import SUMS, unpack, write_archive
 from golf_build.system import COMPANIONS
 from golf_impact.data.errors import UserError
+from golf_impact.fmu import doctor
+from golf_impact.fmu.doctor import examine
 from golf_impact.fmu.file import run_here
 
 DESCRIPTIONS = ("modelDescription.xml", "terminalsAndIcons.xml", "SystemStructure.ssd")
@@ -220,9 +222,27 @@ def test_the_fmu_has_the_reference_results(once, name):
 
 
 def test_another_result_is_noticed(fmu_path, tmp_path):
-    """A number of law 2 alone."""
+    """By `golf-impact doctor`: a number of law 2 alone."""
     files = unpack(fmu_path)
     changed = {name: data.replace(b"1.58424971", b"1.58424972", 1) for name, data in files.items()}
-    _, found = run_here(write_archive(tmp_path / "changed.fmu", changed))
-    assert found["law2"] == pytest.approx(6e-9, rel=0.1)
-    assert found["law1"] <= 1e-14
+    del changed[SUMS]
+    findings = examine(write_archive(tmp_path / "changed.fmu", changed))
+    (problem,) = (text for level, text in findings if level == "problem")
+    assert problem == "FMU: 3 reference results in it, relative deviation 6.3e-09 at most"
+
+
+@pytest.mark.plain
+@pytest.mark.parametrize(
+    ("system", "level", "words"),
+    [
+        ("win32", "ok", f"set PATH={sys.base_prefix};%PATH%"),
+        ("linux", "warning", "native hosts need libpython3."),
+    ],
+)
+def test_what_native_hosts_need(fmu_path, monkeypatch, system, level, words):
+    """By `golf-impact doctor`, where this Python has no shared library; else: test_hosts.py."""
+    monkeypatch.setattr("sysconfig.get_config_var", lambda name: None)
+    monkeypatch.setattr(doctor, "run_here", lambda path: ({}, {}))
+    monkeypatch.setattr("sys.platform", system)
+    *_, (found, text) = examine(fmu_path)
+    assert (found, words in text) == (level, True)

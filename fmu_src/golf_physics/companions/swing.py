@@ -108,10 +108,9 @@ class Motion:
         self.arguments = golfer, origin, state, force, direction
         self.golfer, self.origin, self.force, self.direction = golfer, origin, force, direction
         *start, self.stage = state
-        if self.stage == HELD and state.arm >= -golfer.release:
-            self.stage = RELEASED
         if self.stage == FINISHED:
             start[2:] = [0.0] * 4
+        # A wrist that isn't held is released at once.
         goal = (-golfer.release, 0.0, golfer.start, inf)[self.stage]
         left, slope = (lambda m: goal - m[0]), (lambda m: -m[2])
         self._path = Solution(self._slopes, start, golfer.rise_time, self._allowed, left, slope)
