@@ -200,19 +200,6 @@ def test_a_drive_in_python_is_that_of_the_system(ssp):
         assert found[name.partition(".")[2]] == pytest.approx(value, rel=1e-12), name
 
 
-@pytest.mark.parametrize(
-    ("values", "sentence"),
-    [
-        ({"loft": 10.5}, "loft = 10.5 is refused.*'10.5 deg'"),
-        ({"club_speed": 0.0}, "must meet, and separate"),
-        ({"wind": 5.0}, "no parameter 'wind'.*wind_speed"),
-    ],
-)
-def test_a_drive_that_cannot_be_is_refused(values, sentence):
-    with pytest.raises(golf_impact.UserError, match=sentence):
-        golf_impact.drive(**values)
-
-
 def test_parameters_of_the_system_by_fmpy(ssp):
     """The README's lines set another loft; `drive` with it has the same launch and flight."""
     text = (HERE.parent / "fmu_src/golf_physics/companions/README.md").read_text("utf-8")
