@@ -1,40 +1,13 @@
-"""Random impacts far beyond golf, extreme ones, and ways to step through them. SI units."""
+"""Random impacts far beyond golf, and ways to step through them. SI units."""
 
 import math
 import random
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
 from typing import NamedTuple
 
 from golf_impact.data.runs import reduced_mass
-
-#: The document's impact.
-BASELINE = {"k": 1e6, "b": 9.0, "club_speed": 35.0, "ball_speed": 0.0, "gap": 0.0}
-BASELINE |= {"m_club": 0.210, "m_ball": 0.04593}
-
-#: Changes of it that stretch one thing each; the damping ratio ζ (zeta) replaces b.
-EXTREMES = {
-    "baseline": {},
-    "elastic": {"b": 0.0},
-    "soft": {"k": 1e2},
-    "stiff": {"k": 1e12},
-    "slow": {"club_speed": 1e-6},
-    "fast": {"club_speed": 1e3},
-    "ball moving away": {"ball_speed": 20.0},
-    "ball coming": {"ball_speed": -20.0},
-    "after a gap": {"gap": 0.01},
-    "nearly undamped": {"zeta": 1e-6},
-    "half of critical": {"zeta": 0.5},
-    "just below critical": {"zeta": 0.999999999999995},
-    "critical": {"zeta": 1.0},
-    "just above critical": {"zeta": 1.000000000000005},
-    "overdamped": {"zeta": 2.9},
-    "heavily overdamped": {"zeta": 1e4},
-    "light ball": {"m_club": 2.0, "m_ball": 2e-6, "zeta": 0.1},
-    "heavy ball": {"m_ball": 2.1e5, "zeta": 0.1},
-    "equal masses": {"m_ball": 0.21, "zeta": 0.1},
-}
 
 
 class Step(NamedTuple):
@@ -66,38 +39,39 @@ class ImpactCase:
         return self.values["gap"] / self.closing
 
     def steps(self, instants: Iterable[float] = ()) -> list[Step]:
-        """Steps that end at these instants, at changes and at the end.
-
-        They are rounded to multiples of a power of two, 2^-46 of the end: sums are exact.
-        """
-        unit = 2.0 ** (math.floor(math.log2(self.end)) - 46)
-        later = {round(time / unit) * unit: inputs for time, inputs in self.changes}
-        ends = {round(time / unit) * unit for time in instants if 0.0 < time < self.end}
-        edges = sorted({0.0, *ends, *later, round(self.end / unit) * unit})
+        """Steps that end at these instants (rounded as the end), at changes and at the end."""
+        later, ends = dict(self.changes), {_rounded(time, self.end) for time in instants}
+        edges = sorted({0.0, *(end for end in ends if 0.0 < end < self.end), *later, self.end})
         now, steps = {"club_force": 0.0, **self.values}, []
         for begin, end in pairwise(edges):
             now |= later.get(begin, {})
             steps.append(Step(end - begin, now["k"], now["b"], now["club_force"]))
         return steps
 
-    def patterns(
-        self, contact_time: float, rng: random.Random, equal: int
-    ) -> Iterator[tuple[str, list[Step]]]:
-        """By name: one step or so many equal ones, some 24 random ones of 1 ns to 1 s after each
-        change, and steps that end 1 to 100 ns before and after touch and separation.
+    def patterns(self, contact_time: float, rng: random.Random) -> dict[str, list[Step]]:
+        """By name: one step; 2 to 100 equal ones; some 24 random ones of 1 ns to 1 s after each
+        change; and steps that end 1 to 100 ns before and after touch and separation.
         """
+        number = round(_decades(rng, 0.3, 2.0))
         chosen: list[float] = []
         for begin in (0.0, *(time for time, _ in self.changes)):
-            longest = math.log10(min(1.0, self.end - begin))
-            lowest = (longest - rng.choice((1.0, 3.0, 9.0)) for _ in range(24))
-            sizes = (_decades(rng, max(-9.0, low), max(-9.0, longest)) for low in lowest)
-            chosen += accumulate(sizes, initial=begin)
+            longest = max(-9.0, math.log10(min(1.0, self.end - begin)))
+            chosen += accumulate((_decades(rng, -9, longest) for _ in range(24)), initial=begin)
         events = (self.approach, self.approach + contact_time)
-        beside = [at + sign * 1e-9 * _decades(rng, 0, 2) for at in events for sign in (-1.0, 1.0)]
-        yield "one step", self.steps()
-        yield "equal", self.steps(self.end * n / equal for n in range(1, equal))
-        yield "random", self.steps(chosen)
-        yield "beside events", self.steps(beside)
+        return {
+            "one step": self.steps(),
+            "equal steps": self.steps(self.end * n / number for n in range(1, number)),
+            "random steps": self.steps(chosen),
+            "steps beside events": self.steps(
+                at + sign * _decades(rng, -9, -7) for at in events for sign in (-1.0, 1.0)
+            ),
+        }
+
+
+def _rounded(time: float, end: float) -> float:
+    """To a multiple of a power of two, 2^-46 of the end: sums of steps are exact."""
+    unit = 2.0 ** (math.floor(math.log2(end)) - 46)
+    return round(time / unit) * unit
 
 
 def critical_damping(values: Mapping[str, float]) -> float:
@@ -115,18 +89,6 @@ def contact_time_of_law_2(values: Mapping[str, float]) -> float:
     half = math.acos(zeta) if zeta < 1.0 else math.acosh(zeta)
     own_time = 2.0 * half / frequency if frequency else 2.0
     return own_time / math.sqrt(values["k"] / reduced_mass(values))
-
-
-def extreme_impacts() -> Iterator[tuple[str, ImpactCase]]:
-    """All `EXTREMES` under both laws, by name, for one and a half contact times of law 2."""
-    for law in (1, 2):
-        for name, changes in EXTREMES.items():
-            values = BASELINE | {"law": law} | changes
-            if zeta := values.pop("zeta", 0.0):
-                values["b"] = zeta * critical_damping(values)
-            approach = values["gap"] / (values["club_speed"] - values["ball_speed"])
-            end = approach + 1.5 * contact_time_of_law_2(values)
-            yield f"{name}, law {law}", ImpactCase(values, end)
 
 
 def random_impact(seed: int, number: int, pushed: bool = False) -> ImpactCase:
@@ -163,7 +125,8 @@ def random_impact(seed: int, number: int, pushed: bool = False) -> ImpactCase:
         rng, scale = random.Random(f"{seed}/{number}/force"), closing * critical_damping(values) / 2
         for inputs in (values, *(later for _, later in changes)):
             inputs["club_force"] = scale * rng.choice((-1.0, 0.0, 1.0)) * _decades(rng, -4, 0.3)
-    return ImpactCase(values, end, tuple(changes), start_time)
+    on_grid = tuple((_rounded(time, end), inputs) for time, inputs in changes)
+    return ImpactCase(values, _rounded(end, end), on_grid, start_time)
 
 
 def _decades(rng: random.Random, low: float, high: float) -> float:

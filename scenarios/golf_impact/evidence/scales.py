@@ -86,7 +86,8 @@ class Scales:
         scale = 0.0 if isinstance(exact, bool) else self.of(name)
         if not scale:
             return math.inf
-        return max(0.0, float(abs(exact - value)) / scale - self.rounding_of_time(name))
+        excess = float(abs(exact - value)) / scale - self.rounding_of_time(name)
+        return 0.0 if excess <= 0.0 else excess  # NaN stays
 
     def rounding_of_time(self, name: str) -> float:
         """Error due to rounding of times: 4e-16 A/T, or more if the output changes faster."""
