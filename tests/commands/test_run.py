@@ -6,15 +6,16 @@ import json
 import re
 import shutil
 import sys
-from itertools import chain
+from itertools import accumulate, chain, repeat
+from operator import mul
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from command import golf_here, run
-from conftest import HERE
 from html5 import check_page
 from PIL import Image
+from shown import check_snapshot, result_lines
 
 import golf_impact
 from golf_impact.commands.run import name_of_case
@@ -49,29 +50,43 @@ def test_a_scenario(results, name):
         assert all(type(value) is float for value in metrics.values()), case
 
 
-def shown(result):
-    """Lines of Markdown: tables, sentences, and the texts of figures."""
-    yield f"\n## {result.title}\n"
-    for title, *rows in [(title, columns, *rows) for title, columns, rows in result.tables]:
-        yield from (f"**{title}**", *(f"| {' | '.join(row)} |" for row in rows), "")
-    yield from (f"- {claim}" for claim in [*result.claims, result.words] if claim)
-    for name, figure in result.figures.items():
-        for axes in figure.axes:
-            texts = [axes.get_title(), axes.get_title("left"), axes.get_xlabel(), axes.get_ylabel()]
-            if legend := axes.get_legend():
-                texts += [text.get_text() for text in [legend.get_title(), *legend.get_texts()]]
-            yield f"- {name}.png: {' | '.join(filter(None, texts))}"
-
-
 def test_what_reports_show(results, pytestconfig):
-    """`pytest --update tests/commands/test_run.py` writes it: read the diff."""
-    expected = HERE / "snapshots" / "scenarios.md"
-    lines = "# What scenarios show", *(line for one in results.values() for line in shown(one))
+    lines = (line for one in results.values() for line in result_lines(one))
     # What rounding may change: the last digits, and differences of nothing else.
-    text = re.sub(r"(?<=\.\d{9})\d+|\d(?=e-1\d)", "…", "\n".join([*lines, ""]))
-    if pytestconfig.getoption("--update"):
-        expected.write_text(text, "utf-8")
-    assert text == expected.read_text("utf-8")
+    lines = (re.sub(r"(?<=\.\d{9})\d+|\d(?=e-1\d)", "…", line) for line in lines)
+    check_snapshot(pytestconfig, "scenarios.md", ["# What scenarios show", *lines])
+
+
+class Drifting:
+    """An `Impact` whose results grow from call to call, and the more the later in their order."""
+
+    def __init__(self, impact, growth):
+        self.impact, self.factors = impact, accumulate(repeat(1.0 + growth), mul)
+
+    def __getattr__(self, name):
+        return getattr(self.impact, name)
+
+    def __call__(self, *outputs, **values):
+        factor, found = next(self.factors), self.impact(*outputs, **values)
+        return {name: x * factor**n for n, (name, x) in enumerate(found.items(), 1)}
+
+    def simulate(self, *arguments, **options):
+        factor, rows = next(self.factors), self.impact.simulate(*arguments, **options)
+        for n, name in enumerate(rows.dtype.names[1:], 1):
+            rows[name] *= factor**n
+        return rows
+
+
+def test_claims_fail(impact, pytestconfig):
+    """Which, by how much results grow from call to call: each is one that can fail."""
+    lines = ["# Claims that fail as results grow from call to call"]
+    for growth in (-1e-2, 1e-12, 1e-2):
+        lines.append(f"\n## {growth:g}\n")
+        for name in (*scripts.SCENARIOS[:6], "speed_dependence", "rating"):
+            result = scripts.run_script(scripts.path_of(name), Drifting(impact, growth))
+            lines += [f"- {name}: {claim}" for claim in result.failed]
+            plt.close("all")
+    check_snapshot(pytestconfig, "claims.md", lines)
 
 
 @pytest.mark.parametrize(("text", "holds"), [("1.57", True), ("1.59", False)])

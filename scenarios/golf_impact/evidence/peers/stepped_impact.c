@@ -7,11 +7,11 @@
 
 #include "fmi2Functions.h"
 
-static const double CLUB_SPEED = 35.0, M_CLUB = 0.210, M_BALL = 0.04593;
+static const double CLUB_SPEED = 35.0, M_CLUB = 0.210, M_BALL = 0.04593, B = 9.0;
 
 /* The variables by reference. */
-enum { K, B, DT, LAW, SMASH_FACTOR, RESTITUTION, EFFICIENCY, VARIABLES };
-static const double starts[VARIABLES] = {1e6, 9.0, 0.5e-6, 1};
+enum { K, DT, LAW, SMASH_FACTOR, RESTITUTION, EFFICIENCY, VARIABLES };
+static const double starts[VARIABLES] = {1e6, 0.5e-6, 1};
 
 typedef struct { double d, v_club, v_ball; } State; /* or its rates */
 typedef struct { double k, damper, drag; } Contact;
@@ -44,7 +44,7 @@ static inline State stepped(Contact c, State y, double h) { return moved(y, h, r
 
 static State after_contact(const double v[], long steps)
 {
-    Contact c = {v[K], v[LAW] == 2 ? v[B] : 0.0, v[LAW] == 1 ? v[B] : 0.0};
+    Contact c = {v[K], v[LAW] == 2 ? B : 0.0, v[LAW] == 1 ? B : 0.0};
     State y = {0.0, CLUB_SPEED, 0.0}, before = y;
     while (steps-- && force(c, y = stepped(c, y, v[DT])) >= 0.0) before = y;
 #if ORDER == 4

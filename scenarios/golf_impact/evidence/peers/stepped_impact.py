@@ -13,6 +13,7 @@ This file is packed alone: it needs the standard library and pythonfmu only.
 from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Integer, Real
 
 CLUB_SPEED, M_CLUB, M_BALL = 35.0, 0.210, 0.04593  # m/s, at first touch of a ball at rest; kg
+B = 9.0  # damping, N.s/m
 
 
 class SteppedImpact(Fmi2Slave):
@@ -20,13 +21,12 @@ class SteppedImpact(Fmi2Slave):
 
     def __init__(self, **kwargs) -> None:
         super().__init__(**kwargs)
-        self.k, self.b = 1e6, 9.0  # contact stiffness, N/m; damping, N.s/m
+        self.k = 1e6  # contact stiffness, N/m
         self.dt = 0.5e-6  # sub-step, s
         self.law = 1
         self.smash_factor = self.coefficient_of_restitution = self.energy_efficiency = 0.0
         fixed = {"causality": Fmi2Causality.parameter, "variability": Fmi2Variability.fixed}
-        for name in ("k", "b"):
-            self.register_variable(Real(name, causality=Fmi2Causality.input))
+        self.register_variable(Real("k", causality=Fmi2Causality.input))
         self.register_variable(Real("dt", **fixed))
         self.register_variable(Integer("law", **fixed))
         for name in ("smash_factor", "coefficient_of_restitution", "energy_efficiency"):
@@ -34,7 +34,7 @@ class SteppedImpact(Fmi2Slave):
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         dt, k, m_club, m_ball = self.dt, self.k, M_CLUB, M_BALL
-        damper, drag = (0.0, self.b) if self.law == 1 else (self.b, 0.0)
+        damper, drag = (0.0, B) if self.law == 1 else (B, 0.0)
         d, v_club, v_ball = 0.0, CLUB_SPEED, 0.0
         force = damper * v_club
         for _ in range(round(step_size / dt)):

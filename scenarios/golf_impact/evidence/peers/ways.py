@@ -6,9 +6,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import fmpy
+import numpy as np
+from scipy.integrate import solve_ivp
 
-from golf_impact.evidence.peers import dop853
 from golf_impact.evidence.peers.fmus import PYTHON, RUNGE_KUTTA, extract_peers
+from golf_impact.evidence.peers.stepped_impact import CLUB_SPEED, M_BALL, M_CLUB, B
 from golf_impact.fmu import Impact
 
 METRICS = ["smash_factor", "coefficient_of_restitution", "energy_efficiency"]
@@ -116,6 +118,29 @@ def by_simulate_fmu(impact: Impact, called: str, begin: Callable[[], Any], **opt
 
 
 def by_dop853(rtol: float) -> Way:
-    """SciPy's DOP853 at this relative tolerance."""
+    """SciPy's DOP853 with its own error control (Hairer, Nørsett & Wanner, 1993).
+
+    The end of contact is a terminal event. Absolute tolerances are `rtol` of the speed, and of the
+    compression that the speed reaches in 0.2 ms.
+    """
+
+    def solve(law: int, k: float) -> Sequence[float]:
+        drag, damper = (B, 0.0) if law == 1 else (0.0, B)
+        # Compression and velocities: y' = rates y. Method dot is faster than @ here.
+        force = np.array([k, damper, -damper])
+        rates = np.array([[0.0, 1.0, -1.0], -force / M_CLUB, force / M_BALL])
+        rates -= np.diag([0.0, drag / M_CLUB, drag / M_BALL])
+
+        def force_of(_: float, y: Any) -> Any:
+            return force.dot(y)
+
+        force_of.terminal, force_of.direction = True, -1  # type: ignore[attr-defined]
+        start, atol = (0.0, CLUB_SPEED, 0.0), rtol * CLUB_SPEED * np.array([2e-4, 1.0, 1.0])
+        options = {"method": "DOP853", "events": force_of, "rtol": rtol, "atol": atol}
+        path = solve_ivp(lambda _, y: rates.dot(y), (0.0, 1e-2), start, **options)
+        _, v_club, v_ball = path.y_events[0][0].tolist()
+        efficiency = (M_CLUB * v_club**2 + M_BALL * v_ball**2) / (M_CLUB * CLUB_SPEED**2)
+        return v_ball / CLUB_SPEED, (v_ball - v_club) / CLUB_SPEED, efficiency
+
     called = f"solve_ivp, rtol {rtol:g}"
-    return Way("DOP853, SciPy", called, lambda law: partial(dop853.solve, law, rtol))
+    return Way("DOP853, SciPy", called, lambda law: partial(solve, law))
