@@ -252,49 +252,114 @@ def test_borders_of_shots(tmp_path, name):
     assert_borders(lambda x: said(tmp_path, x), *borders)
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (lambda t, f: (t[:0], f[:0]), "it has no rows of time, force"),
-        (lambda t, f: (t,), "it has no rows of time, force"),
-        (lambda t, f: (t[[0, 1, 2, 4, 3, 5]], f[:6]), "row 5: time = 1.5e-05 s isn't after 2e-05"),
-        (lambda t, f: (t, np.where(t == t[9], np.nan, f)), "row 10: force = nan"),
-        (lambda t, f: (t, 0.0 * f), "row 1: .* no touch"),
-        (lambda t, f: (t, np.where(t == t[150], 6e3, 0.0)), "of only 1 row in contact"),
-        (lambda t, f: (t[170:], f[170:]), "the first: the record was triggered too late"),
-        (lambda t, f: (t * 1e3, f), "contact of 0.5.* s, not of 600e-6: for ms write"),
-        (lambda t, f: (t, 1e3 * np.sin(t / 5e-6)), "no more than the rest"),
-        (lambda t, f: (t, f * 1e-3), "force looks like kN"),
-        (lambda t, f: (t, 0.35 * f), "mph.* 10.5 to 21 m/s, or --m-club from 0.0194 to 0.0636"),
-        (lambda t, f: (t, 3.0 * f), "is 6 times .* it fits club speeds of 90 to 180 m/s"),
-        (lambda t, f: (t[:, None], f), "arrays of one length"),
-    ],
-)  # fmt: skip
-def test_curves_that_are_refused(change, words):
-    with pytest.raises(UserError, match=words):
-        conditioned(*change(*curve()))
+IMPULSE = "reduced mass times club speed (30 m/s, club 0.2 kg), where 1 to 2, 1 + COR, is possible"
+#: Columns, and the notes on them or why they are refused.
+SAID = [
+    ((TIME[:0], FORCE[:0]), "curve is refused: it has no rows of time, force"),
+    ((TIME,), "curve is refused: it has no rows of time, force"),
+    ((TIME[:, None], FORCE), "curve must be arrays of one length: time, force, sigma"),
+    ((TIME, FORCE, FORCE, FORCE), "curve is refused: it has no rows of time, force"),
+    (([2e-5, 1e-5], [1.0, 2.0]), "curve, row 2: time = 1e-05 s isn't after 2e-05 s; a further "
+        "segment begins there: save one segment as a file"),
+    (([0.0, 2e-5, 2e-5], [1.0, 2.0, 2.0]), "curve, row 3: time = 2e-05 s isn't after 2e-05 s; "
+        "sort the rows by time and remove duplicates"),
+    (([1.0, 2.0, 3.0], [1.0, math.nan, math.inf]), "curve, row 2: force = nan is refused: it "
+        "must be a finite number"),
+    (([1.0, 2.0], [1.0, 2.0], [1.0, 0.0]), "curve, row 2: sigma = 0 is refused: it must be a "
+        "finite number above 0"),
+    ((TIME, 0.0 * FORCE), "curve, row 1: the largest force, 0, is no more than the rest: there "
+        "is no touch"),
+    (changed((slice(260), 0.0), (150, 6e3)), "curve, row 151: the largest force, 6000, is one of "
+        "only 1 row in contact: 5 are needed"),
+    (changed((slice(260), 0.0), ([150, 151], 6e3)), "curve, row 151: the largest force, 6000, is "
+        "one of only 2 rows in contact: 5 are needed"),
+    ((TIME[170:], FORCE[170:]), "curve, row 1: the largest force, 5904, is the first: the record "
+        "was triggered too late"),
+    ((1e3 * TIME, FORCE), "curve, row 164: the largest force, 6000, is in a contact of 0.52 s, "
+        "not of 600e-6: for ms write time [ms] in its header, or --columns 'time [ms],force'"),
+    ((1e6 * TIME, FORCE), "curve, row 164: the largest force, 6000, is in a contact of 520 s, "
+        "not of 600e-6: for µs write time [µs] in its header, or --columns 'time [µs],force'"),
+    ((TIME, 1e-3 * FORCE), f"curve: its impulse, 0.0024 N·s, is 0.002 times {IMPULSE}; force "
+        "looks like kN: write force [kN] in its header, or --columns, it fits club speeds of "
+        "0.03 to 0.06 m/s, or --m-club from 4e-05 to 8.01e-05 kg"),
+    ((TIME, 0.35 * FORCE), f"curve: its impulse, 0.84 N·s, is 0.7 times {IMPULSE}; 30 looks like "
+        "mph: write --club-speed 30mph, it fits club speeds of 10.5 to 21 m/s, or --m-club from "
+        "0.0194 to 0.0636 kg"),
+    ((TIME, 0.2 * FORCE), f"curve: its impulse, 0.48 N·s, is 0.4 times {IMPULSE}; 30 looks like "
+        "km/h: write --club-speed 30km/h, it fits club speeds of 6 to 12 m/s, or --m-club from "
+        "0.00952 to 0.0235 kg"),
+    ((TIME, 1.1 * FORCE), f"curve: its impulse, 2.64 N·s, is 2.2 times {IMPULSE}; if there are "
+        "two pulses, cut the record: --window 0:2ms, it fits club speeds of 33 to 66 m/s, or "
+        "--m-club of 0.367 kg or more"),
+    ((TIME, 3.0 * FORCE), f"curve: its impulse, 7.2 N·s, is 6 times {IMPULSE}; if there are two "
+        "pulses, cut the record: --window 0:2ms, it fits club speeds of 90 to 180 m/s"),
+    (changed((slice(108, 219), 4500.0)), "curve, row 109: only 0 rows in contact are below the "
+        "sensor's limit"),
+    (changed((slice(150, 170), 6050.0)), "20 rows at the largest force are left out: clipped"),
+    ((TIME[120:], FORCE[120:]), "the record begins in contact, at 50 % of the largest force"),
+    ((TIME[:205], FORCE[:205]), "the record ends in contact, at 54 % of the largest force"),
+    ((TIME[::5], -FORCE[::5]), "the force is negative; its sign was changed; only 21 rows in "
+        "contact: a filter of 10 kHz takes 10 % of k, 20 kHz is fine"),
+    ((5e-6 * np.arange(600), np.tile(curve(300)[1], 2)), "a second pulse from 0.00183 s on is "
+        "left out"),
+    ((5e-6 * np.arange(381), np.append(FORCE[:224], FORCE[103:])), "two pulses, at 0.000555 and "
+        "0.00116 s, without a pause at zero between them: cut the record: --window 0:2ms"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("columns", "words"), SAID, ids=[words[:60] for _, words in SAID])
+def test_what_is_said(columns, words):
+    if words.startswith(("curve", "two pulses")):
+        with pytest.raises(UserError) as error:
+            conditioned(*columns)
+        assert str(error.value) == words
+    else:
+        assert "; ".join(conditioned(*columns).notes) == words
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_record_as_it_is_fitted(sign):
+    """Offset and drift by the rows outside contact, at the first row in it; less many rows."""
+    offset, drift = 50.0, 1e4
+    force = FORCE + offset + drift * (TIME - TIME[111])
+    sigma = np.linspace(10.0, 20.0, 260)
+    found = conditioned(TIME, sign * force, sigma)
+    assert found.origin == TIME[111]
+    assert found.baseline == pytest.approx((offset, drift))
+    assert found.signal == pytest.approx(FORCE, abs=1e-8)
+    assert found.contact.tolist() == [*range(111, 216)]
+    assert found.spacing == pytest.approx(5e-6)
+    assert found.guess is found.sigma
+    assert conditioned(TIME, FORCE).guess == pytest.approx(np.full(260, 0.01 * PEAK))
+    for kind, expected in {"zero": (), "constant": (offset,), "linear": (offset, 0.0)}.items():
+        baseline = conditioned(TIME, FORCE + offset, baseline=kind).baseline
+        assert baseline == pytest.approx(expected, abs=1e-6)
+    for window in ("0.25:1ms", (2.5e-4, 1e-3)):
+        part = conditioned(TIME, FORCE, sigma, window=window)
+        assert part.x.tolist() == TIME[50:201].tolist()
+        assert part.sigma.tolist() == sigma[50:201].tolist()
+    # 105 rows of contact with half as many on each side, of which every third one stays; an eighth.
+    assert found.thinned(260) is found
+    assert found.thinned(80).x.tolist() == TIME[58:269:3].tolist()
+    assert found.thinned(10).x.tolist() == TIME[58:269:8].tolist()
 
 
 @pytest.mark.parametrize(("rows", "kind"), [(9, 0), (10, 1)])
 def test_a_baseline_needs_ten_rows(rows, kind):
-    """Of rows at least a quarter of the contact before it."""
-    time, force = curve(220)
-    contact = np.flatnonzero(force > 0.25 * 6e3)
-    quarter = 0.25 * (time[contact[-1]] - time[contact[0]])
-    first = np.flatnonzero(time < time[contact[0]] - quarter)[-1] + 1 - rows
-    assert len(conditioned(time[first:], force[first:] + 50.0).baseline) == kind
+    """Of rows at least a quarter of the contact before it, or after it."""
+    for part in (slice(85 - rows, 230), slice(90, 241 + rows)):
+        assert len(conditioned(TIME[part], FORCE[part] + 50.0).baseline) == kind
 
 
 @pytest.mark.parametrize("step", [50.0, 200.0, 500.0])
 @pytest.mark.parametrize("limit", [math.inf, 7000.0])
 def test_quantization_is_not_clipping(step, limit):
     """Rows at the largest value are a parabola's, or as many as are left out at a limit."""
-    time, force = record(lead=0.15, trail=0.25, step=step, limit=limit, sign=-1.0)
-    sigma, clipped = np.linspace(10.0, 20.0, 551), (force == force.min()) & (limit < math.inf)
+    time, force = record(lead=0.15, trail=0.25, step=step, limit=limit)
+    sigma, clipped = np.linspace(10.0, 20.0, 551), (force == force.max()) & (limit < math.inf)
     series = conditioned(time, force, sigma, **AT, m_ball=0.04593)
-    words = f"{clipped.sum()} rows at the largest force are left out: clipped"
-    turned = "the force is negative; its sign was changed"
-    assert [*series.notes] == [turned, *[words] * bool(clipped.any())]
+    assert series.step == step
+    assert series.clipped == bool(clipped.any())
     assert series.sigma.tolist() == sigma[~clipped].tolist()
 
 
@@ -344,17 +409,3 @@ def test_a_mishit_is_beside_the_line_of_the_others(tmp_path, unit):
     assert line.notes[0] == "1 unreadable rows left out, the first in line 23"
     assert "1 of 21 shots are left out" in line.notes[1]
     assert "(line 14)" in line.notes[1]
-
-
-def test_a_rebound():
-    """The first pulse counts if the force is zero between both; otherwise it has to be cut."""
-    time, force = curve(300)
-    first = conditioned(time, force)
-    twice = 5e-6 * np.arange(600), np.concatenate([force, 0.6 * force])
-    found = conditioned(*twice)
-    assert "a second pulse from 0.00186" in found.notes[0]
-    for one in (found, conditioned(*twice, window="0:1.6ms")):
-        assert one.signal[one.contact].tolist() == first.signal[first.contact].tolist()
-    close = np.concatenate([force[:220], 0.6 * force[105:]])
-    with pytest.raises(UserError, match=r"two pulses.*--window 0:2ms"):
-        conditioned(5e-6 * np.arange(len(close)), close)
