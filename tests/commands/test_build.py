@@ -106,6 +106,12 @@ def test_a_build_that_is_missing_damaged_or_out_of_date(tmp_path, fmu_path, monk
     assert message() == f"Built {built}: it was out of date or damaged.\n"
 
 
+def test_a_native_fmu_that_is_current(native_path, monkeypatch, capsys):
+    monkeypatch.setattr("golf_impact.fmu.current.default_path", lambda builder: native_path)
+    assert fmu.current_native() == native_path
+    assert capsys.readouterr().err == ""
+
+
 def test_what_makes_a_build_out_of_date(tmp_path, monkeypatch):
     """Also the runtime's version, and each file that is copied into FMUs."""
     digests = [BUILDER.digest()]
