@@ -172,25 +172,32 @@ def history(way, number):
     points += [touch + span * rng.uniform(0.0, 1.1) for _ in range(rng.randint(1, 4))]
     points += [point + span * 10.0 ** rng.uniform(-15, -2) for point in points[::2]]
     points += [touch + span * 10.0 ** rng.uniform(0, 4)]
-    way.begin(values | (changed(0) if rng.random() < 0.3 else {}), case.start)
+    way.begin(values | (changed(0) if number % 5 < 2 else {}), case.start)
     time = 0.0
-    for point in sorted({point for point in points if point > 0.0}):
-        way.set(**(changed(rng.randrange(6)) if rng.random() < 0.5 else {}))
+    for point in sorted(points):
         if rng.random() < 0.1:
             saved = way.save(as_bytes=rng.random() < 0.5)
             found.append(way.step(span * rng.random()))
             way.restore(saved)
-        accepted, now, time = way.step(point - time), way.read(), point
-        found += [accepted, now]
+        size = point - time
+        for _ in range(rng.choice((1, 1, 1, 2)) if size > 0.0 else 0):
+            way.set(**(changed(rng.choice((0, 1, 1, 2, 3, 4, 4))) if rng.random() < 0.5 else {}))
+            accepted, now = way.step(size), way.read()
+            found += [accepted, now]
+            time += size
     return repr((found, way.messages))
 
 
 def _case_of_history(number):
-    if number < len(CASES):
-        return [*CASES.values()][number]
-    if number % 4 == 0:
+    """One of `CASES`, at borders, far beyond golf, of any kind, or a power law's."""
+    kind = number % 5
+    if kind == 0:
+        return [*CASES.values()][number // 5 % len(CASES)]
+    if kind == 1:
         return special(number)
-    if number % 4 == 1:
+    if kind == 2:
         return far(number)
-    start = random.Random(f"start {number}").choice((0.0, 0.0, -4.5, 3.7))
-    return Case("whole", whole(number, pushed=0.3), start=start)
+    rng, values = random.Random(f"start {number}"), whole(number, pushed=0.3)
+    if kind == 4:
+        values |= {"law": 2, "exponent": rng.choice((1.0 + 1e-9, 1.5, rng.uniform(1.0, 12.0)))}
+    return Case("whole", values, start=rng.choice((0.0, 0.0, -4.5, 3.7)))

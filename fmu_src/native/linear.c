@@ -10,13 +10,10 @@ enum { FEW = 4, MORE = 45, MOST_EXTREMA = 2000, STEPS = 200, MAXIMA = 24 };
 /* ZEROS */
 
 /* The first downward zero of real e^(growth a) + cosine cos a + sine sin a, rad; 0 if there is none, or
-   one that grazes. growth is below 1. */
+   one that grazes. growth is below 1; without a real part the cosine isn't below 0. */
 static double first_downward_zero(double growth, double real, double cosine, double sine)
 {
-    if (!real) {
-        double angle = atan2(cosine, -sine);
-        return angle > 0.0 ? angle : angle + 2.0 * PI;
-    }
+    if (!real) return atan2(cosine, -sine);
     double maximum = atan2(sine - growth * cosine, cosine + growth * sine);
     double low = larger(maximum, 0.0), high = maximum + PI;
     /* The pair's own zero, where all derivatives are known without another cosine. */

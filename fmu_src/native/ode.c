@@ -74,9 +74,8 @@ static int solve_slopes(const Integrated *o, const PanelStart *at, double width,
     for (int iteration = 0; iteration < ITERATIONS; iteration++) {
         int has_converged = 1;
         /* Before the force, which may be 0 at the start alone. */
-        for (int i = D; i <= MOVED; i++)
-            for (int n = 0; n < ORDER; n++)
-                nodes[i][n] = at->start[i] + half * dot(INTEGRALS[n], nodes[i + W]);
+        for (int n = 0; n < ORDER; n++)
+            nodes[D][n] = at->start[D] + half * dot(INTEGRALS[n], nodes[W]);
         for (int n = 0; n < ORDER; n++) {
             /* The iteration diverges, or has no numbers. */
             if (!islessequal(fabs(nodes[D][n]), FARTHEST)) return 0;
@@ -114,11 +113,11 @@ static int next_panel(const Integrated *o, double t, double *width, SolvedPanel 
     double shortest = SHORTEST * (t + *width), w = *width, excess = 0.0, values[2][ORDER];
     p->at.begin = t;
     memcpy(p->at.start, o->last, sizeof o->last);
-    for (int n = 0;; n++) {
+    while (1) {
         w = (t + w) - t;
         double allowed = SERIES_TOLERANCE * error_scale(o, o->last, w);
         if (!solve_slopes(o, &p->at, w, allowed, values)) {
-            if (w <= shortest || n == HALVINGS) return 0;
+            if (w <= shortest) return 0;
             w *= 0.5;
             continue;
         }
@@ -128,7 +127,7 @@ static int next_panel(const Integrated *o, double t, double *width, SolvedPanel 
             double left_out = (fabs(p->slopes[i][0]) + fabs(p->slopes[i][1])) * w / allowed;
             excess = larger(excess, left_out);
         }
-        if (excess <= 1.0 || w <= shortest || n == HALVINGS) break;
+        if (excess <= 1.0 || w <= shortest) break;
         /* At a kink the last coefficients fall slowly with the width, elsewhere fast. */
         w *= smaller(larger(pow(excess, -0.4), 0.1), 0.5);
     }

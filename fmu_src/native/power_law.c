@@ -240,7 +240,7 @@ static void power_law_begin(PowerLaw *o, const Parameters *p, double k, double b
     o->motion = oscillator(b / (2.0 * o->mu * omega));
     /* L is what the speed could compress to, or the compression: of x and |u| one is 1. */
     double reach = pow(o->m * speed / omega, 1.0 / o->m) * pow(d_r, o->power);
-    if (reach >= d && (w != 0.0 || d == 0.0)) {
+    if (reach >= d) {
         omega = o->m * speed / reach;
     } else {
         reach = d;
@@ -250,7 +250,7 @@ static void power_law_begin(PowerLaw *o, const Parameters *p, double k, double b
     o->omega = omega;
     o->length = reach;
     o->speed = speed;
-    o->u = w ? w / speed : 0.0;
+    o->u = w / speed;
     o->x = pow(d / reach, o->m);
     double zeta = o->motion.zeta, drive = o->x + 2.0 * zeta * o->u;
     o->initial[FORCE] = power_law_force(o, d / reach, drive);

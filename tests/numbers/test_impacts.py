@@ -8,6 +8,7 @@ import random_cases
 from cases import CASES, exact, exact_path, exact_path_of, horizon, instants, scales_of
 from compare import assert_close, assert_same_results
 from conftest import numbers
+from ways import FMUS
 
 
 def points(case, compared, pattern):
@@ -44,14 +45,12 @@ def path_of(way, case, compared, pattern):
     return reached, reached[after]["impulse"] - added
 
 
-#: Ways and patterns of steps: of both implementations; of other FMUs, which have their bits.
-BOTH = [("in process", pattern) for pattern in ("one step", "equal", "random")]
-BOTH += [("native, FMI 2.0", "random")]
-OTHERS = [("FMI 2.0", "random"), ("native, FMI 3.0", "random")]
-RUNS = [pytest.param(name, BOTH, id=name) for name in CASES]
+#: Ways and patterns of steps: in this process; FMUs have its bits.
+HERE = [("in process", pattern) for pattern in ("one step", "equal", "random")]
+RUNS = [pytest.param(name, HERE, id=name) for name in CASES]
 RUNS += [
-    pytest.param(name, OTHERS, id=f"{name}, others", marks=[pytest.mark.ci] * (n % 6 > 0))
-    for n, name in enumerate(CASES)
+    pytest.param(name, [(way, "random") for way in FMUS], id=f"{name}, FMUs", marks=pytest.mark.ci)
+    for name in CASES
 ]
 
 

@@ -9,15 +9,14 @@ import pytest
 from cases import Case, scales_of
 from compare import assert_close, assert_within
 from conftest import numbers
+from golf_physics.laws.integrated import IntegratedContact
 from golf_physics.laws.linear import (
     LinearContact,
     UnderdampedContact,
-    first_downward_zero,
     offsets_of_real_rate,
 )
 from golf_physics.values import Motion
 
-import golf_impact
 from golf_impact.evidence.reference import Contact, Reference, mp
 
 
@@ -49,18 +48,22 @@ def exact_contact(k, damper, drag, m_club, m_ball, start, push):
     return Contact(exact, [mp.mpf(x) for x in (start.compression, *start[2:4])])
 
 
-@pytest.mark.parametrize("seed", numbers(12, 60, 320))
+@pytest.mark.parametrize("seed", numbers(24, 60, 320))
 def test_a_random_phase(seed):
-    """At its end and on the way; measured: 7e-15 of 320."""
+    """At its end and on the way, also integrated; measured: 7e-15 of 320."""
     given = random_contact(seed)
-    k, _, _, m_club, m_ball, start, _ = given
+    k, damper, drag, m_club, m_ball, start, push = given
     exact, phases = exact_contact(*given), [LinearContact(*given)]
     if (underdamped := UnderdampedContact(*given)).duration:
         phases.append(underdamped)
     mu = m_club * (m_ball / (m_club + m_ball))
+    if max(damper, drag) < 6.0 * math.sqrt(k * mu):
+        force = lambda d, w: k * d + damper * w  # noqa: E731
+        phases.append(IntegratedContact(force, drag, m_club, m_ball, start, push))
+    end = min(phases[0].duration, 20.0 * math.sqrt(mu / k))
     for phase in phases:
-        end = min(phase.duration, 20.0 * math.sqrt(mu / k))
-        if end == phase.duration:
+        phase.state(end)  # an integration goes on until there
+        if end == phases[0].duration:
             assert_within(float(abs(end / exact.duration - 1)), 1e-13, "end", given=given)
         speed = max(abs(start.v_club) + abs(start.v_ball), *map(abs, phase.state(end)[3:5]))
         scales = {
@@ -130,19 +133,6 @@ def test_the_right_branch_on_both_sides(way_of, name, distance):
     assert right["separated"] == (distance < 0.0)
 
 
-#: Mass ratios, and dampings just inside and outside of where theory lets law 1's bodies part: below
-#: 2.9101 for the document's masses and 2 for equal ones; for 0.15 not between 0.414 and 0.846.
-PARTING = ((0.04593 / 0.21, 2.910, 2.911), (1.0, 1.9999, 2.0001))
-PARTING += ((0.15, 0.41, 0.42), (0.15, 0.85, 0.84))
-
-
-@pytest.mark.parametrize(("ratio", "inside", "outside"), PARTING)
-def test_law_1_separates_or_not(ratio, inside, outside):
-    b = [2.0 * zeta * (1e6 * 0.21 * ratio / (1.0 + ratio)) ** 0.5 for zeta in (inside, outside)]
-    found = golf_impact.run_impacts(["separated"], m_ball=0.21 * ratio, b=b)
-    assert found["separated"].tolist() == [True, False]
-
-
 def test_a_maximum_beside_the_start():
     """Newton's method would begin before it: a `LinearContact` finds it."""
     # The largest compression is 1.037 times that at the start.
@@ -155,26 +145,12 @@ def test_a_maximum_beside_the_start():
         assert found == pytest.approx(expected, rel=1e-14)
 
 
-def test_zeros_of_a_sine():
-    """Without the real mode: a zero at 0 isn't the end of a contact that begins there."""
-    for sine, zero in ((-1.0, 2.0 * math.pi), (1.0, math.pi)):
-        assert first_downward_zero(0.1, 0.0, 0.0, sine) == zero
-
-
 @pytest.mark.parametrize("ball", [1 / 32, 3 / 16, 3 / 4])
-def test_the_real_rate_wherever_its_search_begins(way_of, ball):
-    """It satisfies its equation for dampings close to each other; C finds the same velocities."""
-    zetas = [n / 256 for n in range(1, 360)]
+def test_the_real_rate_wherever_its_search_begins(ball):
+    """It satisfies its equation for dampings close to each other."""
     less, more = sorted((Fraction(ball), 1 - Fraction(ball)))
-    for zeta in zetas:
+    for zeta in (n / 256 for n in range(1, 360)):
         slow, x, y = map(Fraction, offsets_of_real_rate(ball, 1.0 - ball, zeta, float(more - less)))
         span = 2 * Fraction(zeta) * (more - less)
         assert abs((span - x) * (less + (slow + x) * x) - more * x) <= 2e-15 * more * x
         assert abs(x + y - span) <= 1e-15 * span
-    b = [2.0 * zeta * math.sqrt(1e6 * ball * (1.0 - ball)) for zeta in zetas]
-    bodies, names = {"m_ball": ball, "m_club": 1.0 - ball}, ("club_velocity", "ball_velocity")
-    found, way = golf_impact.run_impacts(names, b=b, **bodies), way_of("in process")
-    for row, value in enumerate(b):
-        way.begin({**bodies, "b": value}).step(1.0)
-        expected = way.read(names)
-        assert {name: found[name][row] for name in names} == pytest.approx(expected, abs=1e-12)

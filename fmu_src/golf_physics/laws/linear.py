@@ -552,11 +552,11 @@ def first_downward_zero(growth: float, real: float, cosine: float, sine: float) 
 
     Divided by e^(growth·θ) it falls from its first maximum until its minimum, half a period later.
     Newton's method is confined to that interval, with Chebyshev's correction at the start and at
-    the end: 0 if it has no zero, or one that grazes (`_GRAZING`). growth is below 1.
+    the end: 0 if it has no zero, or one that grazes (`_GRAZING`). growth is below 1; without a real
+    part the cosine isn't below 0.
     """
     if not real:
-        angle = atan2(cosine, -sine)
-        return angle if angle > 0.0 else angle + 2.0 * pi
+        return atan2(cosine, -sine)
     maximum = atan2(sine - growth * cosine, cosine + growth * sine)
     low, high = max(maximum, 0.0), maximum + pi
     # The pair's own zero, where all derivatives are known without another cosine.

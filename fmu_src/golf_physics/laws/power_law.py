@@ -136,13 +136,13 @@ class PowerLawContact(ContactPhase):
         # L is what the speed could compress to, or the compression: of x and |u| one is 1.
         speed = abs(w)
         length = (m * speed / omega) ** (1.0 / m) * reference_compression**power
-        if length >= d and (w != 0.0 or d == 0.0):
+        if length >= d:
             omega = m * speed / length
         else:
             length = d
             omega *= (d / reference_compression) ** (m - 1.0)
             speed = length * omega / m
-        u = w / speed if w else 0.0
+        u = w / speed
         x = (d / length) ** m
         drive = x + 2.0 * motion.zeta * u
         self._start = x, u
