@@ -134,7 +134,8 @@ def test_play_and_a_mouse(tab):
     assert stopped == tab.value("scrub")
 
 
-def test_sheets(tab):
+def test_tasks_and_sheets(tab):
+    assert tab.open().click("#tasks a").js("return scrollY") == 0
     tab.open("#level=all").press("Roh & Lee").js("window.print = () => 0")
     assert {*tab.each("#worksheet td", "x.textContent")} == {""}
     for sheet, size in itertools.product(("", "worksheet", "key"), ((8.27, 11.69), (8.5, 11.0))):

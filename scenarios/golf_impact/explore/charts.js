@@ -45,7 +45,8 @@ class Chart {
     this.picture = make("g")
     this.cursor = make("line", {class: "cursor", y1: TOP, y2: BOTTOM})
     this.dots = this.fill == "stack" ? [] : this.columns.map(([, style]) => make("circle", {class: style, r: 3.5}))
-    this.svg = make("svg", {viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img"}, this.picture, this.cursor, ...this.dots)
+    this.marks = make("g", {}, this.cursor, ...this.dots)
+    this.svg = make("svg", {viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img"}, this.picture, this.marks)
     this.svg.onpointermove = this.svg.onpointerdown = ({clientX, clientY}) => {
       const {left, top, width, height} = this.svg.getBoundingClientRect()
       pointed(this, (clientX - left) / width * WIDTH, (clientY - top) / height * HEIGHT)
@@ -129,7 +130,7 @@ class Chart {
 
   point(n) {
     const isThere = n in this.across
-    for (const mark of [this.cursor, ...this.dots]) place(mark, {visibility: isThere ? "visible" : "hidden"})
+    place(this.marks, {visibility: isThere ? "visible" : "hidden"})
     if (!isThere) return
     const x = this.X(this.across[n]).toFixed(1)
     place(this.cursor, {x1: x, x2: x})
