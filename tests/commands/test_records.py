@@ -185,7 +185,8 @@ BORDERS = {
         *changed((slice(40), 100.0), (slice(230, 260), 300.0), (60, -x))), 4e3, 9e3,
         [PEAK - 400.0]),
     "undershoot": (lambda x: said(*changed((60, -x))), 100.0, 5e3, [PEAK / 3.0]),
-    "a tail": (lambda x: said(37.0 * TIME, changed((slice(216, 250), x * PEAK))[1]), 0.15, 0.5,
+    "a tail": (lambda x: said(37.0 * TIME, changed(
+        (slice(216, 240), x * PEAK), (slice(240, 260), 200.0))[1]), 0.15, 0.5,
         [0.25]),
     "begin": (lambda x: said(*changed(([0, 1, 2], [0.0, x * PEAK, 0.9 * PEAK]))), 0.01, 0.24,
         [0.1]),
@@ -206,8 +207,8 @@ BORDERS = {
         9, 60, [19.5]),
     "rows of a second short pulse": (lambda n: said(
         *blocks((20, 0), (20, 1), (50, 0), (n, 2), (20, 0))), 4, 15, [4.5]),
-    "a pause": (lambda x: said(*blocks((20, 0), (100, 1), (50, x), (40, 1), (20, 0))), 0.01, 0.24,
-        [0.1]),
+    "a pause": (lambda x: said(*blocks((20, 0), (100, 1), (50, x), (40, 1), (20, 0.03))), 0.01,
+        0.24, [0.1]),
     "rows of a pause": (lambda n: said(*blocks((20, 0), (100, 1), (n, 0), (40, 1), (20, 0))),
         2, 30, [9.5]),
     "rows of a pause of short pulses": (lambda n: said(
@@ -317,6 +318,45 @@ def test_a_record_as_it_is_fitted(sign):
     assert found.thinned(260) is found
     assert found.thinned(80).x.tolist() == TIME[58:269:3].tolist()
     assert found.thinned(10).x.tolist() == TIME[58:269:8].tolist()
+
+
+def test_what_is_measured_together(tmp_path):
+    """Curves with conditions of their own, scalars, prior knowledge and a COR line."""
+    at = {"club_speed": 30.0, "m_club": 0.2, "m_ball": 0.05}
+    one = {"time": TIME, "force": FORCE, **at}
+    two = {**one, "force": 1.1 * FORCE, "club_speed": 33.0, "sigma": 0.0 * TIME + 5.0}
+    prior = {"b": (9.0, 1.0)}
+    data = measurements(
+        {}, [one, two], priors=prior, cor_speeds=([20.0, 30.0], [0.8, 0.7], [0.1] * 2)
+    )
+    assert [*data.parts] == ["targets", "curve", "curve_2", "cor_speeds"]
+    assert [part.suffix for part in data.curves.values()] == ["", "_2"]
+    assert data.curves["curve_2"].impact == {**at, "club_speed": 33.0}
+    assert (data.impact, data.given) == (at, {"club_speed", "m_club"})
+    assert (data.estimated, data.sized) == (["curve"], True)
+    assert (data.scalars.y, data.scalars.guess, data.scalars.targets) == ([9.0], [1.0], [])
+    assert data.scalars.model({"k": 1e6, "b": 8.0}) == [8.0]
+    with pytest.raises(UserError, match="scalars beside curves of several speeds need"):
+        measurements({"cor": 0.7}, [one, two])
+    assert measurements({"cor": 0.7, "club_speed": 40.0}, [one, two]).impact["club_speed"] == 40.0
+    assert measurements({"cor": 0.7}, (one, one)).impact == at
+    assert not measurements({"coefficient-of-restitution": "70%"}).sized
+    timed = measurements({"contact_time": 6e-4, "cor": 0.7}, priors={"m_club": (0.21, 0.01)})
+    assert (timed.sized, timed.given, timed.impact["m_club"]) == (True, {"m_club"}, 0.21)
+    assert timed.scalars.measured["cor"] == pytest.approx((0.7, 0.007, False))
+    file = tmp_path / "line.csv"
+    file.write_text("approach_speed,cor\n80,0.8\n100,0.7\n90,0.6\n")
+    line = measurements({}, cor_speeds=file).cor_speeds
+    assert line.notes == (
+        "approach_speed has no unit: taken in m/s",
+        "approach speed 100 is taken in m/s: write approach speed 44.704 for 100 mph or approach "
+        "speed 27.7778 for 100 km/h",
+    )
+    assert (line.step, line.clipped, line.sigma) == (0.0, False, None)
+    fall = {"restitution_at_rest": 1.0, "restitution_slope": 0.002}
+    assert line.model(fall) == pytest.approx([0.84, 0.8, 0.82])
+    with pytest.raises(UserError, match="COR isn't above 0 at these speeds"):
+        line.model({**fall, "restitution_slope": 0.01})
 
 
 @pytest.mark.parametrize(("rows", "kind"), [(9, 0), (10, 1)])
