@@ -3,7 +3,7 @@
    A communication step only advances the clock; outputs are evaluated when they are read. A refused
    call changes nothing: its effects are computed first, and take place only as a whole. */
 
-enum { MOST_ILLEGAL = 8, SENTENCE_SIZE = 4096 };
+enum { MOST_ILLEGAL = 8, MOST_REFUSALS = SETTABLE + 1 + MOST_ILLEGAL, SENTENCE_SIZE = 4096 };
 
 /* Modes of an instance, in the order in which a host passes through them. Where initialization has
    ended on start values that are refused, parameters may still be set. */
@@ -217,7 +217,7 @@ static int start_run(Component *c, Refusal list[])
    not, steps are refused until they can. */
 static int component_exit_initialization(Component *c)
 {
-    Refusal list[SETTABLE + 1];
+    Refusal list[MOST_REFUSALS];
     if (c->is.mode != INITIALIZATION) {
         refuse_call(c, refusal(NOT_ENTERED, 0.0, 0.0));
         return 0;
@@ -286,7 +286,7 @@ static int take_refusals(Component *c, Refusal list[])
 /* Whether steps are possible in this mode, and no value must be corrected; else why not is reported. */
 static int may_step(Component *c)
 {
-    Refusal list[SETTABLE + 1 + MOST_ILLEGAL];
+    Refusal list[MOST_REFUSALS];
     int count = take_refusals(c, list);
     if (!count && c->is.mode != STEPPING) {
         Reason reason = c->is.mode == TERMINATED ? STEP_AFTER_END : STEP_BEFORE_START;

@@ -30,11 +30,10 @@ static double damping_change(const Component *c, const Impact *i, const Change *
     return c->is.parameters.restitution_at_rest ? 0.5 * i->acting.b / i->acting.k * d->k : d->b;
 }
 
-/* d|x|^m / d|x|, also where x is 0. */
+/* d|x|^m / d|x|, without an exception where it is infinite. */
 static double power_slope(double x, double m)
 {
-    if (x) return m * pow(fabs(x), m - 1.0);
-    return m > 1.0 ? 0.0 : m < 1.0 ? INFINITY : 1.0;
+    return x || m >= 1.0 ? m * pow(fabs(x), m - 1.0) : INFINITY;
 }
 
 static double force_change(const Component *c, const Impact *i, const Change *d)

@@ -52,7 +52,7 @@ static int component_step_to_event(Component *c, double point, double size, int 
 {
     int is_sum = are_times(point, size);
     double end = is_sum ? point + size : point, when;
-    Refusal list[SETTABLE + 1];
+    Refusal list[MOST_REFUSALS];
     Events events;
     *is_event = 0;
     *reached = end;

@@ -197,7 +197,7 @@ static Refusal handle_event(Component *c)
    since values were refused. */
 static int update_solution(Component *c, int *must_stop)
 {
-    Refusal list[SETTABLE + 1 + MOST_ILLEGAL];
+    Refusal list[MOST_REFUSALS];
     int count = take_refusals(c, list);
     *must_stop = 0;
     if (!count && c->is.mode != STEPPING) {

@@ -77,8 +77,8 @@ class Solved(InFmu):
         """Handle the events of this instant; returns whether, and a message why, it must stop."""
         self.slave.enterEventMode()
         before = len(self.messages)
-        again, stop, nominals, jumped, *_ = self._update()
-        assert (again, nominals, jumped) == (False, False, True)
+        again, stop, nominals, jumped, announced, _ = self._update()
+        assert (again, nominals, jumped, announced) == (False, False, True, False)
         assert stop == (len(self.messages) > before)
         return stop
 
