@@ -41,7 +41,7 @@ function ticks([low, high]) {
 
 class Chart {
   constructor(name, kind, pointed) {
-    Object.assign(this, kind, {name})
+    Object.assign(this, kind, {name, across: []})
     this.picture = make("g")
     this.cursor = make("line", {class: "cursor", y1: TOP, y2: BOTTOM})
     this.dots = this.fill == "stack" ? [] : this.columns.map(([, style]) => make("circle", {class: style, r: 3.5}))

@@ -213,7 +213,7 @@ function moveCursor() {
   const {path, values: {ball_diameter}} = shown, start = path.time[0], duration = path.time.at(-1) - start
   const time = start + Number(get("scrub").value) * duration, unit = get("unit").value
   const n = path.time.reduce((best, t, i, times) => Math.abs(t - time) < Math.abs(times[best] - time) ? i : best, 0)
-  for (const name in charts) if (name != "sweep" && charts[name].across) charts[name].point(Math.min(n, charts[name].across.length - 1))
+  for (const name in charts) if (name != "sweep") charts[name].point(n)
   const text = (name, size, decimals, of) => `${minus((path[name][n] / size).toFixed(decimals))} ${of}`
   const cells = {
     time: text("time", 1e-6, 1, "µs"), force: text("force", 1, 0, "N"), compression: text("compression", 1e-3, 2, "mm"),

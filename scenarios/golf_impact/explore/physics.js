@@ -70,7 +70,7 @@ class Physics {
     const before = m_club * club_speed + m_ball * ball_speed, energy = energyOf(m_club, club_speed) + energyOf(m_ball, ball_speed)
     Object.assign(m, {
       momentum_kept: before ? m.momentum / before : 0,
-      club_share: energyOf(m_club, m.club_velocity) / (energy || 1), ball_share: energyOf(m_ball, m.ball_velocity) / (energy || 1),
+      club_share: energyOf(m_club, m.club_velocity) / energy, ball_share: energyOf(m_ball, m.ball_velocity) / energy,
       energy_lost: Math.max(0, energy + work - m.kinetic_energy),
       contact_displacement_over_diameter: m.contact_displacement / ball_diameter,
       compression_over_diameter: m.max_compression / ball_diameter,
