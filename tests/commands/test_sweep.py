@@ -109,29 +109,32 @@ def test_sobol_indices_of_a_known_function():
 #: A few of them have k < 0, which is refused.
 ON_CLUSTER = {"k": "normal:1e6:5e5", "b": "0,9", "law": "1,2"}
 LINE = [
-    "sweep", *(f"--set={name}={text}" for name, text in ON_CLUSTER.items()), "--samples=2000",
+    "sweep", *(f"--set={name}={text}" for name, text in ON_CLUSTER.items()), "--samples=500",
     "--seed=1", "--outputs=smash_factor,contact_time", "--no-figures", "--scheduler",
 ]  # fmt: skip
 
 
-@pytest.fixture(scope="module")
-def address():
-    import distributed  # takes a second, which tests without --ci needn't
+@pytest.fixture(
+    scope="module", params=[False, pytest.param(True, marks=pytest.mark.ci)], ids=["here", "apart"]
+)
+def address(request):
+    """Dask's scheduler, with two workers in this process or, with --ci, in their own."""
+    import distributed  # takes half a second
 
     with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=logging.CRITICAL
-    ) as cluster:
+        n_workers=2, threads_per_worker=1, processes=request.param, dashboard_address=":0",
+        silence_logs=logging.CRITICAL,
+    ) as cluster:  # fmt: skip
         yield cluster.scheduler_address
 
 
-@pytest.mark.ci
 def test_a_table_of_parts(address, tmp_path, monkeypatch):
     path = tmp_path / "x.parquet"
-    expected = golf_impact.sweep(ON_CLUSTER, ["smash_factor", "contact_time"], samples=2000, seed=1)
-    for block in (100_000, 300):  # the second one replaces the first
+    expected = golf_impact.sweep(ON_CLUSTER, ["smash_factor", "contact_time"], samples=500, seed=1)
+    for block in (100_000, 100):  # the second one replaces the first
         monkeypatch.setattr(sweep_cluster, "BLOCK", block)
         done = golf_here(*LINE, address, "--out", path, code=0)
-        assert len([*path.iterdir()]) == max(8, -(-8000 // block))
+        assert len([*path.iterdir()]) == max(8, 2000 // block)
         assert [one.name for one in tmp_path.iterdir()] == ["x.parquet"]
         found = pyarrow.parquet.read_table(path).to_pydict()
         assert [*found] == [*expected]
@@ -142,25 +145,29 @@ def test_a_table_of_parts(address, tmp_path, monkeypatch):
         assert f"Refused: {expected.refused.sum()} of them; {first}" in done.stdout
 
 
-@pytest.mark.ci
 @pytest.mark.parametrize(
-    ("scheduler", "out", "changed", "words"),
+    ("out", "changed", "words"),
     [
-        ("tcp://127.0.0.1:1", "x.parquet", {}, "the Dask cluster at tcp://127.0.0.1:1 can't do it"),
-        ("nonsense", "x.parquet", {}, "the Dask cluster at nonsense can't do it"),
-        ("", "x.csv", {}, "must be a folder FILE.parquet"),
-        ("", "file.parquet", {}, "must be a folder FILE.parquet"),
+        ("x.csv", {}, "must be a folder FILE.parquet"),
+        ("file.parquet", {}, "must be a folder FILE.parquet"),
         # To the workers this process has another version.
-        ("", "x.parquet", {"VERSION": "0.0.9"}, "not 0.0.9"),
+        ("x.parquet", {"VERSION": "0.0.9", "_about": lambda _: (VERSION, True)}, "not 0.0.9"),
         # What they are to look at isn't there.
-        ("", "x.parquet", {"Path.mkdir": lambda self, **_: None}, "doesn't share the folder ."),
+        ("x.parquet", {"Path.mkdir": lambda self, **_: None}, "doesn't share the folder ."),
     ],
 )
-def test_a_cluster_that_is_refused(address, tmp_path, monkeypatch, scheduler, out, changed, words):
+def test_a_sweep_that_no_cluster_can_do(address, tmp_path, monkeypatch, out, changed, words):
     (tmp_path / "file.parquet").write_text("")
     for name, value in changed.items():
         monkeypatch.setattr(f"golf_impact.studies.sweep.cluster.{name}", value)
-    if scheduler:
-        monkeypatch.setattr(sweep_cluster, "_PATIENCE", "0.5s")
-    refused(golf_here(*LINE, scheduler or address, "--out", out, cwd=tmp_path), words)
+    refused(golf_here(*LINE, address, "--out", out, cwd=tmp_path), words)
     assert [one.name for one in tmp_path.iterdir()] == ["file.parquet"]
+
+
+@pytest.mark.ci
+@pytest.mark.parametrize("scheduler", ["tcp://127.0.0.1:1", "nonsense"])
+def test_a_cluster_that_is_not_there(tmp_path, monkeypatch, scheduler):
+    monkeypatch.setattr(sweep_cluster, "_PATIENCE", "0.5s")
+    done = golf_here(*LINE, scheduler, "--out", "x.parquet", cwd=tmp_path)
+    refused(done, f"the Dask cluster at {scheduler} can't do it")
+    assert not [*tmp_path.iterdir()]
