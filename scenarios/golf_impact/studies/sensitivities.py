@@ -21,17 +21,17 @@ _WIDTHS = (1e-3, 1e-4, 1e-5, 1e-6, 1e-2)
 _OFFSETS = np.arange(-4, 5)
 
 #: Weights of a derivative in units of 1/width, and of one of lower order, whose difference is the
-#: error: central, and one-sided at a limit or beside a kink (Fornberg, Math. Comp. 51, 699-706,
-#: 1988).
+#: error (Fornberg, Math. Comp. 51, 699-706, 1988).
 _CENTRAL = np.array([
     [1 / 280, -4 / 105, 1 / 5, -4 / 5, 0.0, 4 / 5, -1 / 5, 4 / 105, -1 / 280],
     [0.0, 0.0, 1 / 12, -2 / 3, 0.0, 2 / 3, -1 / 12, 0.0, 0.0],
 ])  # fmt: skip
-_RIGHT = np.array([
-    [0.0, 0.0, 0.0, 0.0, -25 / 12, 4.0, -3.0, 4 / 3, -1 / 4],
-    [0.0, 0.0, 0.0, 0.0, -11 / 6, 3.0, -3 / 2, 1 / 3, 0.0],
-])  # fmt: skip
-_DIFFERENCES = (_CENTRAL, _RIGHT, -_RIGHT[:, ::-1])
+_RIGHT = np.array([[-25 / 12, 4.0, -3.0, 4 / 3, -1 / 4], [-11 / 6, 3.0, -3 / 2, 1 / 3, 0.0]])
+
+#: Central differences, and one-sided ones at a limit or beside a kink, by the points of each.
+_DIFFERENCES = (
+    (slice(0, 9), _CENTRAL), (slice(4, 9), _RIGHT), (slice(0, 5), -_RIGHT[:, ::-1]),
+)  # fmt: skip
 
 #: Errors relative to the output's scale over the variable's: small enough; of no derivative.
 _SMALL, _NO_SLOPE = 1e-9, 1e-3
@@ -172,12 +172,9 @@ def _slopes(
         size = np.nanmax(np.abs(f), axis=1, initial=0.0)
         with np.errstate(all="ignore"):
             bound[:, cases] = size / np.where(x == 0.0, scale, np.abs(x))
-            for difference in _DIFFERENCES:
-                used = difference[0] != 0.0
-                slope, lower = (
-                    np.tensordot(row[used], f[:, used], (0, 1)) / step for row in difference
-                )
-                rounding = _ROUNDING * np.abs(difference[0]).sum() * size / step
+            for points, weights in _DIFFERENCES:
+                slope, lower = np.tensordot(weights, f[:, points], (1, 1)) / step
+                rounding = _ROUNDING * np.abs(weights[0]).sum() * size / step
                 error = np.abs(slope - lower) + rounding
                 better = error < least[:, cases]
                 best[:, cases] = np.where(better, slope, best[:, cases])
