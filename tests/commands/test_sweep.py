@@ -8,6 +8,7 @@ import logging
 import math
 import re
 import sys
+from contextlib import nullcontext
 
 import numpy as np
 import pyarrow.parquet
@@ -21,6 +22,16 @@ from golf_impact.data.runs import ImpactArrays
 from golf_impact.studies.sweep import cluster as sweep_cluster
 from golf_impact.studies.sweep import table as sweep_table
 from golf_impact.studies.sweep.sweep import OUTPUTS, Design, parse_axis, sobol_indices
+
+
+@pytest.fixture
+def moved(monkeypatch):
+    """To which numbers of cases the progress bar moves."""
+    moved = []
+    bar = nullcontext(moved.append)
+    monkeypatch.setattr("golf_impact.commands.sweep.progress", lambda name, total: bar)
+    return moved
+
 
 CASES = {
     "law 1": {"k": "0.5e6:2e6:7", "b": "0,9,300", "club_speed": "20,50,-1"},
@@ -45,7 +56,7 @@ def read(path):
 
 @pytest.mark.parametrize("form", ["csv", "parquet", "csv without pyarrow", "csv through the FMU"])
 @pytest.mark.parametrize("sets", CASES.values(), ids=CASES)
-def test_numbers_are_those_of_single_impacts(fmu_path, tmp_path, monkeypatch, sets, form):
+def test_numbers_are_those_of_single_impacts(fmu_path, tmp_path, monkeypatch, moved, sets, form):
     monkeypatch.setattr(sweep_table, "BLOCK", 3)
     if form == "csv without pyarrow":
         monkeypatch.setitem(sys.modules, "pyarrow", None)
@@ -79,6 +90,7 @@ def test_numbers_are_those_of_single_impacts(fmu_path, tmp_path, monkeypatch, se
     expected = f"Refused: {len(refusals)} of them; {refusals[0]}" if refusals else ""
     assert expected in done.stdout
     assert ("Refused" in done.stdout) == bool(refusals)
+    assert moved == [*range(3, len(rows), 3), len(rows)]
 
 
 def test_sobol_indices_of_a_known_function():
@@ -128,13 +140,15 @@ def address(request):
         yield cluster.scheduler_address
 
 
-def test_a_table_of_parts(address, tmp_path, monkeypatch):
+def test_a_table_of_parts(address, tmp_path, monkeypatch, moved):
     path = tmp_path / "x.parquet"
     expected = golf_impact.sweep(ON_CLUSTER, ["smash_factor", "contact_time"], samples=500, seed=1)
     for block in (100_000, 100):  # the second one replaces the first
         monkeypatch.setattr(sweep_cluster, "BLOCK", block)
         done = golf_here(*LINE, address, "--out", path, code=0)
-        assert len([*path.iterdir()]) == max(8, 2000 // block)
+        parts = max(8, 2000 // block)
+        assert len([*path.iterdir()]) == parts
+        assert moved[-parts:] == [2000 * n // parts for n in range(1, parts + 1)]
         assert [one.name for one in tmp_path.iterdir()] == ["x.parquet"]
         found = pyarrow.parquet.read_table(path).to_pydict()
         assert [*found] == [*expected]

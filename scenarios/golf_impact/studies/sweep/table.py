@@ -37,7 +37,7 @@ def write_table(
         path: a .csv or .parquet file; it gets its name when it is complete.
         design: the sweep.
         cases: their numbers.
-        progress: called with the number of cases done.
+        progress: called with the number of the last case done.
 
     Raises:
         UserError: it can't be written; then it is as it was.
@@ -52,7 +52,7 @@ def write_table(
             write({name: np.ma.array(c, mask=missing[name]) for name, c in table.items()})
             first = f"row {begin + int(table.refused.argmax()) + 1:,}: {table.reason}"
             refused.append((int(table.refused.sum()), first))
-            progress(end - cases.start)
+            progress(end)
     return refused
 
 
