@@ -25,7 +25,7 @@ DRAWN = {
     },
     "Launch": {
         "dynamic_loft": (-0.3, 1.1), "attack_angle": (-0.15, 0.1),
-        "friction": [0.0, 0.01, 0.05, 0.1, 0.2, 0.3, 0.4, 1.0, 1e3],
+        "friction": [0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 1.0, 1e3],
         "tangential_stiffness_ratio": (0.2, 3.0), "m_club": (0.15, 0.35), "m_ball": (0.04, 0.05),
         "ball_diameter": (0.04, 0.045), "strike_height": (-0.025, 0.025),
         "centre_depth": [0.0, 0.02, 0.05], "head_inertia": [1e9, 2.7e-4, 5e-4],
