@@ -265,7 +265,7 @@ def phases(model, way, values):
     model.begin(values)
     for phase, time in (
         ("approach", 0.5 * touch), ("touch", touch * (1.0 + 2.0**-51)),
-        *(("contact", touch + part * lasts) for part in (0.2, 0.5, 0.9)),
+        *(("contact", touch + part * lasts) for part in (0.02, 0.5, 0.9)),
         ("end", end), ("separated", end + 1e-6),
         # The compression ends 62 µs later under the force of law 2.
         *(("apart", end + n * 2e-6) for n in range(1, 40)),
