@@ -7,8 +7,8 @@ import pytest
 import random_cases
 from cases import CASES, exact, exact_path, exact_path_of, horizon, instants, scales_of
 from compare import assert_close, assert_same_results
-from conftest import numbers
-from ways import FMUS
+from conftest import numbers, some
+from ways import STEPPED
 
 
 def points(case, compared, pattern):
@@ -45,21 +45,13 @@ def path_of(way, case, compared, pattern):
     return reached, reached[after]["impulse"] - added
 
 
-#: Ways and patterns of steps: in this process; FMUs have its bits.
-HERE = [("in process", pattern) for pattern in ("one step", "equal", "random")]
-RUNS = [pytest.param(name, HERE, id=name) for name in CASES]
-RUNS += [
-    pytest.param(name, [(way, "random") for way in FMUS], id=f"{name}, FMUs", marks=pytest.mark.ci)
-    for name in CASES
-]
-
-
-@pytest.mark.parametrize(("name", "runs"), RUNS)
-def test_cases_by_any_steps(way_of, name, runs):
-    """Every output on the way and at the end; of power laws those known."""
+@pytest.mark.parametrize("of", some(1, STEPPED))
+@pytest.mark.parametrize("name", CASES)
+def test_cases_by_any_steps(way_of, name, of):
+    """Every output on the way and at the end; of power laws those known. FMUs have its bits."""
     case, end, right = CASES[name], horizon(name), exact_path(name)
     compared = instants(end) if case.is_linear else {time: 0.998 * time for time in right}
-    for of, pattern in runs:
+    for pattern in ("one step", "equal", "random")[-3 if of == "in process" else -1 :]:
         reached, missing = path_of(way_of(of), case, compared, pattern)
         last = reached[end]
         assert case.is_linear or last["separated"]
@@ -74,7 +66,7 @@ def test_cases_by_any_steps(way_of, name, runs):
         assert_close({"impulse": missing}, {"impulse": 0.0}, scales, **where)
 
 
-@pytest.mark.parametrize("number", numbers(12, 150, 1500))
+@pytest.mark.parametrize("number", numbers(18, 150, 1500))
 @pytest.mark.parametrize("kind", [random_cases.far, random_cases.special])
 def test_random_cases(way_of, kind, number):
     """In this process: FMUs have its bits."""
