@@ -40,5 +40,5 @@ def some(values):
     values = [*values]
     places = sorted({0, min(1, len(values) - 1), len(values) // 2, len(values) - 1})
     chosen = (values[n] for n in places)
-    texts = (x if isinstance(x, str) else f"{round(x, 12):.5g}" for x in chosen)
+    texts = (x if isinstance(x, str) else f"{round(x, 12) + 0.0:.5g}" for x in chosen)
     return f"{len(values)} of {' '.join(texts)}"

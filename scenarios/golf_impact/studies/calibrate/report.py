@@ -156,10 +156,10 @@ def _measured(fit: Any) -> list[list[str]]:
     for target in _targets(fit):
         name, off = target["name"], target["residual"]
         label = name if name in TARGETS else f"{name} (prior)"
-        one = QUANTITIES.get(TARGETS.get(name, ""), Quantity(label, decimals=6))
-        value, model = (one.format_value(target[of]) for of in ("target", "model"))
-        residual = f"{off:+.2f}" if abs(off) >= 0.005 else "0.00"
-        rows.append([one.label, value, f"{target['sigma'] * one.factor:.2g}", model, residual])
+        one = QUANTITIES.get(TARGETS.get(name, ""), Quantity(label))
+        value, sigma, model = (target[of] * one.factor for of in ("target", "sigma", "model"))
+        texts = format_to_error(value, sigma), f"{sigma:.2g}", format_to_error(model, sigma)
+        rows.append([one.label, *texts, f"{off:+.2f}" if abs(off) >= 0.005 else "0.00"])
     for name, series in fit.data.series.items():
         text = f"rms {np.sqrt(np.mean(fit.residuals[name] ** 2)):.2f}"
         if name in fit.data.curves:
