@@ -132,6 +132,9 @@ def test_play_and_a_mouse(tab):
     tab.until(lambda: seen.update(tab.each(dots, "x.getAttribute('cx')")) or len(seen) > 5)
     stopped = tab.press("⏸ Pause").value("scrub")
     assert stopped == tab.value("scrub")
+    # A mouse has no effect as long as it plays (here without another frame).
+    frozen = tab.press("▶ Play").js("window.requestAnimationFrame = () => 0") or tab.value("scrub")
+    assert tab.point("force", 340, 100).value("scrub") == frozen
 
 
 def test_tasks_and_sheets(tab):
