@@ -225,9 +225,13 @@ def _read_text(path: Path, wanted: Sequence[Column], picked: Sequence[_Head]) ->
     width = mode(map(len, cells[first:stop])) if stop else 0
     heads, used = _find_heads(above, mark, width, wanted, picked)
     header, below = " / ".join(lines[n].strip() for n in used), max(used, default=-1) + 1
-    again = [n for n in range(len(lines)) if lines[n] == lines[used[0]]] if used else [0]
-    if TIME in wanted and any(map(_begins, cells[again[0] : again[-1]])):
-        what = f"the header is there again in line {again[1] + 1}, a further segment begins there"
+    known = {lines[n] for n in used}
+    start = min(map(lines.index, known), default=0)
+    again = [
+        n for n in range(len(lines)) if lines[n] in known and any(map(_begins, cells[start:n]))
+    ]
+    if TIME in wanted and again:
+        what = f"the header is there again in line {again[0] + 1}, a further segment begins there"
         raise ValueError(f"{what}: save one segment as a file")
     # Below the header a row is one also if its numbers can't be read.
     first = next((n for n in range(below, first) if _begins(cells[n])), first)
