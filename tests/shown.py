@@ -8,7 +8,8 @@ def result_lines(result):
     yield f"\n## {result.title}\n"
     for title, *rows in [(title, columns, *rows) for title, columns, rows in result.tables]:
         yield from (f"**{title}**", *(f"| {' | '.join(row)} |" for row in rows), "")
-    yield from (f"- {claim}" for claim in [*result.claims, result.words] if claim)
+    yield from (f"- {'✓' if holds else '✗'} {claim}" for claim, holds in result.claims.items())
+    yield f"- {result.words}"
     for name, figure in result.figures.items():
         yield f"- {name}.png: {figure.get_suptitle()}"
         for axes in figure.axes:

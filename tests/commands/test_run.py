@@ -40,17 +40,10 @@ def results(impact):
 # Scenarios
 
 
-@pytest.mark.parametrize("name", scripts.SCENARIOS)
-def test_a_scenario(results, name):
-    """Its claims hold; its numbers are Python's, for results.json."""
-    result = results[name]
-    assert result.failed == []
-    assert len(result.claims) >= 2
-    for case, metrics in result.cases.items():
-        assert all(type(value) is float for value in metrics.values()), case
-
-
 def test_what_reports_show(results, pytestconfig):
+    """All claims hold; numbers are Python's, for results.json."""
+    cases = chain(*(result.cases.values() for result in results.values()))
+    assert {type(number) for case in cases for number in case.values()} == {float}
     lines = (line for one in results.values() for line in result_lines(one))
     # What rounding may change: the last digits, and differences of nothing else.
     lines = (re.sub(r"(?<=\.\d{9})\d+|\d(?=e-1\d)", "…", line) for line in lines)
@@ -80,22 +73,13 @@ class Drifting:
 def test_claims_fail(impact, pytestconfig):
     """Which, by how much results grow from call to call: each is one that can fail."""
     lines = ["# Claims that fail as results grow from call to call"]
-    for growth in (-1e-2, 1e-12, 1e-2):
+    for growth in (-1e-2, 1e-12, 4e-3):
         lines.append(f"\n## {growth:g}\n")
         for name in (*scripts.SCENARIOS[:6], "speed_dependence", "rating"):
             result = scripts.run_script(scripts.path_of(name), Drifting(impact, growth))
             lines += [f"- {name}: {claim}" for claim in result.failed]
             plt.close("all")
     check_snapshot(pytestconfig, "claims.md", lines)
-
-
-@pytest.mark.parametrize(("text", "holds"), [("1.57", True), ("1.59", False)])
-def test_a_printed_number_that_deviates_fails(impact, monkeypatch, text, holds):
-    values, printed = document.CASES["50 m/s"]
-    one = {**printed, "smash_factor": document.Printed(text)}
-    monkeypatch.setitem(document.CASES, "50 m/s", document.Case(values, one))
-    result = scripts.run_script(scripts.path_of("club_speed"), impact)
-    assert (result.failed == []) == holds
 
 
 #: A scenario without a trajectory, one of whose claims fails.

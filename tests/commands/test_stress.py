@@ -14,7 +14,6 @@ import stability
 from golf_impact.data.runs import FLAGS, REALS
 from golf_impact.evidence import checks
 from golf_impact.evidence.random_impacts import ImpactCase, critical_damping, random_impact
-from golf_impact.evidence.scales import TOLERANCE
 
 
 def numbers(values, digits):
@@ -24,7 +23,14 @@ def numbers(values, digits):
 
 
 def drawn():
-    """The first impacts of a seed, every third with forces, by their numbers; of some the steps."""
+    """The first impacts of a seed, every third with forces, by their numbers; of some the steps.
+
+    The least and the largest values of all that a full run tries, and of its damping ratios.
+    """
+    tried = [random_impact(20, n).values for n in range(1000)]
+    tried = [values | {"zeta": values["b"] / critical_damping(values)} for values in tried]
+    for name in tried[0]:
+        yield f"{name}: {numbers([pick(row[name] for row in tried) for pick in (min, max)], 3)}"
     for n in range(48):
         case = random_impact(20, n, pushed=n % 3 == 2)
         yield f"{n}: {numbers([*case.values.values(), case.end, case.start_time], 9)}"
@@ -36,24 +42,6 @@ def drawn():
 def test_what_is_drawn(pytestconfig):
     """The same on any machine."""
     check_snapshot(pytestconfig, "random_impacts.txt", drawn())
-
-
-def test_ranges():
-    """Of all impacts of a seed: what the report says."""
-    cases = [random_impact(20, n, pushed=n % 10 == 9) for n in range(1000)]
-    values = {name: np.array([case.values[name] for case in cases]) for name in cases[0].values}
-
-    def spread(values):
-        return np.log10([min(values), max(values)]).round().tolist()
-
-    assert spread(values["k"]) == [2, 12]
-    assert spread(values["m_club"] / values["m_ball"]) == [-6, 6]
-    critical = np.array([critical_damping(case.values) for case in cases])
-    assert min(values["b"]) == 0.0
-    assert max(values["b"] / critical) > 1e3
-    scales = [0.5 * case.closing * c for case, c in zip(cases, critical)]
-    forces = [abs(step.club_force) / x for case, x in zip(cases, scales) for step in case.steps()]
-    assert 1.5 < max(forces) < 2.0
 
 
 @pytest.mark.parametrize("number", range(10))
@@ -152,27 +140,28 @@ def test_wrong_outputs_on_the_way(errors):
 
 
 @pytest.mark.parametrize("worst", [1e-13, np.nan])
-def test_the_exit_code_of_an_error(monkeypatch, tmp_path, worst):
+def test_the_exit_code_of_an_error(monkeypatch, tmp_path, pytestconfig, worst):
     """Of each check stress.json has the case with the largest one."""
 
     def check(impact, case, rng):
-        for which in stability.CLAIMS:
-            usual = 0.0 if which == "state" else 5e-14 * rng.random()
-            largest = which == "equal steps" and case == random_impact(7, 60)
-            yield which, "force", 64, worst if largest else usual
+        largest = case == random_impact(7, 60)
+        for n, which in enumerate(stability.CLAIMS):
+            yield which, "force", 64, worst if largest and n == 1 else n % 4 * 1e-14 * rng.random()
             yield which, "impulse", 64, 0.0
 
     monkeypatch.setattr(checks, "check", check)
-    fails = worst != 1e-13
+    fails = np.isnan(worst)
     done = golf_here("stress", "--quick", "--seed", 7, "--out", tmp_path, code=int(fails))
-    for which, claim in stability.CLAIMS.items():
-        assert f"{'✗' if fails and which == 'equal steps' else '✓'} {claim}" in done.stdout
-    found = json.loads((tmp_path / "stress.json").read_text())["checks"]
-    assert found.keys() == stability.CLAIMS.keys()
-    assert {row["count"] for row in found.values()} == {300}
-    assert [row["tolerance"] for row in found.values()] == [TOLERANCE] * 4 + [0.0]
-    assert found["equal steps"]["worst"] == (None if np.isnan(worst) else worst)
-    case = {"impact": "seed 7, number 60", "output": "force", "steps": 64}
-    assert found["equal steps"]["case"] == case | random_impact(7, 60).values
-    assert 4.9e-14 < found["one step"]["worst"] < 5e-14
     assert (tmp_path / "stability.png").read_bytes().startswith(b"\x89PNG")
+    found = json.loads((tmp_path / "stress.json").read_text())["checks"]
+    assert found["equal steps"]["worst"] == (None if fails else worst)
+    if fails:
+        lines = done.stdout.splitlines()[:-1]
+        for name, row in found.items():
+            lines.append(f"{name}: {', '.join(map(text, [*row.values()][:3]))}")
+            lines += [f"  {key}: {text(value)}" for key, value in row["case"].items()]
+        check_snapshot(pytestconfig, "stress.md", lines)
+
+
+def text(value):
+    return f"{value:.9g}" if isinstance(value, float) else str(value)
