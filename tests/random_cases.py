@@ -172,7 +172,7 @@ def history(way, number):
     points += [touch + span * rng.uniform(0.0, 1.1) for _ in range(rng.randint(1, 4))]
     points += [point + span * 10.0 ** rng.uniform(-15, -2) for point in points[::2]]
     points += [touch + span * 10.0 ** rng.uniform(0, 4)]
-    way.begin(values | (changed(0) if number % 5 < 2 else {}), case.start)
+    way.begin(values | (changed(0) if number % 5 in (0, 4) else {}), case.start)
     time = 0.0
     for point in sorted(points):
         if rng.random() < 0.1:
@@ -180,7 +180,7 @@ def history(way, number):
             found.append(way.step(span * rng.random()))
             way.restore(saved)
         size = point - time
-        for _ in range(rng.choice((1, 1, 1, 2)) if size > 0.0 else 0):
+        for _ in range(rng.choice((1, 1, 1, 2)) if size > 1e-300 else 0):
             way.set(**(changed(rng.choice((0, 1, 1, 2, 3, 4, 4))) if rng.random() < 0.5 else {}))
             accepted, now = way.step(size), way.read()
             found += [accepted, now]
@@ -200,4 +200,5 @@ def _case_of_history(number):
     rng, values = random.Random(f"start {number}"), whole(number, pushed=0.3)
     if kind == 4:
         values |= {"law": 2, "exponent": rng.choice((1.0 + 1e-9, 1.5, rng.uniform(1.0, 12.0)))}
+        values["b"] *= rng.choice((0.0, 1.0, 1.0))
     return Case("whole", values, start=rng.choice((0.0, 0.0, -4.5, 3.7)))
