@@ -180,7 +180,7 @@ def history(way, number):
             found.append(way.step(span * rng.random()))
             way.restore(saved)
         size = point - time
-        for _ in range(rng.choice((1, 1, 1, 2)) if size > 1e-300 else 0):
+        for _ in range(rng.choice((1, 1, 1, 2)) if size > 0.0 else 0):
             way.set(**(changed(rng.choice((0, 1, 1, 2, 3, 4, 4))) if rng.random() < 0.5 else {}))
             accepted, now = way.step(size), way.read()
             found += [accepted, now]
