@@ -73,7 +73,8 @@ def test_one_percent_of_rows_may_be_unreadable(tmp_path, last):
 @pytest.mark.parametrize(
     ("name", "low", "high"),
     [("cor", 0.01, 1.0), ("exponent", 0.999999, 12.000001), ("max_force", 20.0, math.inf),
-     ("contact_time", 0.0, 0.1), ("m_ball", 0.0, 10.0), ("club_speed", 0.0, math.inf)],
+     ("contact_time", 0.0, 0.1), ("restitution_at_rest", 0.0, 1.000001),
+     ("m_ball", 0.0, 10.0), ("club_speed", 0.0, math.inf)],
 )  # fmt: skip
 def test_ranges_from_both_sides(name, low, high):
     inside = [low * (1.0 + 1e-9) or 1e-9, high * (1.0 - 1e-9) if high < math.inf else 1e9]
@@ -337,7 +338,7 @@ def test_what_is_measured_together(tmp_path):
     assert (data.scalars.y, data.scalars.guess, data.scalars.targets) == ([9.0], [1.0], [])
     assert data.scalars.model({"k": 1e6, "b": 8.0}) == [8.0]
     with pytest.raises(UserError, match="scalars beside curves of several speeds need"):
-        measurements({"cor": 0.7}, [one, two])
+        measurements({"cor": 0.7}, [one, one, two])
     assert measurements({"cor": 0.7, "club_speed": 40.0}, [one, two]).impact["club_speed"] == 40.0
     assert measurements({"cor": 0.7}, (one, one)).impact == at
     assert not measurements({"coefficient-of-restitution": "70%"}).sized
