@@ -139,6 +139,12 @@ def test_wrong_outputs_on_the_way(errors):
     assert changed["equal steps", "force"] < 3e-15
 
 
+@pytest.mark.ci
+def test_random_impacts(tmp_path):
+    """None of 150 has an error above its tolerance."""
+    golf_here("stress", "--quick", "--seed", 7, "--out", tmp_path, code=0)
+
+
 @pytest.mark.parametrize("worst", [1e-13, np.nan])
 def test_the_exit_code_of_an_error(monkeypatch, tmp_path, pytestconfig, worst):
     """Of each check stress.json has the case with the largest one."""
