@@ -14,7 +14,7 @@ from golf_impact.evidence.scales import TOLERANCE
 from golf_impact.scenario import Result, main
 
 CLAIMS = {
-    "one step": "outputs agree with arithmetic of 80 digits after one step",
+    "one step": "by one step between changes, outputs agree with arithmetic of 80 digits",
     "equal steps": "and by equal steps",
     "random steps": "and by random ones",
     "steps beside events": "and by steps that end just before and after touch and separation",

@@ -69,7 +69,7 @@ def accepted(number, pushed):
     return values
 
 
-#: Borders between both forms of a linear contact, by law; and, under law 2, the damping at which
+#: Damping ratios up to which modes are separate, by law; and, under law 2, the one at which
 #: the largest force moves to the start.
 _BORDERS = {1: (0.7,), 2: (0.999, 0.5)}
 
@@ -89,8 +89,8 @@ def coinciding_rates(m_club, m_ball):
 
 
 def special(number):
-    """At the borders between both forms of a linear contact, and close to them: rates coincide,
-    equal masses, a fast common motion, changes of k and b just at an event.
+    """At and near the damping up to which the modes of a linear contact are separate: rates
+    coincide, equal masses, a fast common motion, changes of k and b just at an event.
     """
     rng = random.Random(f"special {number}")
     law = rng.choice((1, 2))
@@ -98,6 +98,7 @@ def special(number):
     ratio = rng.choice((1.0, 0.25, 2.0 ** rng.randint(-12, 12), rng.uniform(0.08, 0.2)))
     m_ball = max(1e-6, m_club * rng.choice((ratio, 10.0 ** rng.uniform(-4, 4))))
     k = rng.choice((2.0**20, 1e6, 10.0 ** rng.uniform(2, 12)))
+    # Those of coinciding rates twice as often.
     more = [2.0, *(2 * coinciding_rates(m_club, m_ball))] if law == 1 else [1.0]
     zeta = rng.choice([*_BORDERS[law], *more])
     values = {"law": law, "m_club": m_club, "m_ball": m_ball, "k": k}

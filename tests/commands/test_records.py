@@ -76,7 +76,7 @@ def test_one_percent_of_rows_may_be_unreadable(tmp_path, last):
      ("contact_time", 0.0, 0.1), ("restitution_at_rest", 0.0, 1.000001),
      ("m_ball", 0.0, 10.0), ("club_speed", 0.0, math.inf)],
 )  # fmt: skip
-def test_ranges_from_both_sides(name, low, high):
+def test_ranges_of_measured_numbers(name, low, high):
     inside = [low * (1.0 + 1e-9) or 1e-9, high * (1.0 - 1e-9) if high < math.inf else 1e9]
     assert [number(value, name) for value in inside] == inside
     for value in (low, high, math.nan):
@@ -134,7 +134,7 @@ def changed(*changes):
 
 
 def blocks(*forces, stretch=1.0):
-    """Numbers of rows at (almost) a force; the first pulse, of 30 rows, has 1.8 times μ v."""
+    """Numbers of rows at (almost) a force; those at 1 together have 1.8 times μ v."""
     force = np.concatenate([np.full(round(n), f) for n, f in forces])
     unit = 1.8 * 0.04 * 30.0 / (np.count_nonzero(force == 1.0) * 2.0**-18)
     rows = np.arange(len(force))

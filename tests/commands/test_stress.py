@@ -122,7 +122,7 @@ def test_a_wrong_output(errors, reference, name):
 
 
 def test_wrong_outputs_on_the_way(errors):
-    """Not only at the end; nothing passes by not being a number; from a restored state."""
+    """Not only at the end; NaN is an error; a restored state changes nothing."""
     column = COLUMNS.index("force")
 
     def put(value):
@@ -146,7 +146,7 @@ def test_random_impacts(tmp_path):
 
 
 @pytest.mark.parametrize("worst", [1e-13, np.nan])
-def test_the_exit_code_of_an_error(monkeypatch, tmp_path, pytestconfig, worst):
+def test_the_command(monkeypatch, tmp_path, pytestconfig, worst):
     """Of each check stress.json has the case with the largest one."""
 
     def check(impact, case, rng):

@@ -93,6 +93,30 @@ def test_numbers_are_those_of_single_impacts(fmu_path, tmp_path, monkeypatch, mo
     assert moved == [*range(3, len(rows), 3), len(rows)]
 
 
+@pytest.mark.parametrize("method", ["random", "lhs", "sobol"])
+def test_samples(method):
+    sets = {"k": "normal:1000:50N/mm", "b": "0,9", "club_speed": "uniform:40:50"}
+
+    def samples(seed):
+        found = golf_impact.sweep(sets, ["impulse"], samples=1024, seed=seed, method=method)
+        assert list(found) == [*sets, "law", "impulse"]
+        # Every point of the grid has the same samples, which vary fastest.
+        assert found["b"].tolist() == [0.0] * 1024 + [9.0] * 1024
+        assert all((found[name][:1024] == found[name][1024:]).all() for name in sets if name != "b")
+        return found["k"][:1024], found["club_speed"][:1024]
+
+    k, speed = samples(3)
+    # Four standard errors of independent samples.
+    assert abs(k.mean() - 1e6) < 4 * 5e4 / 32
+    assert abs(k.std() - 5e4) < 4 * 5e4 / math.sqrt(2048)
+    assert 40 <= speed.min() < speed.max() < 50
+    # One in each of 1024 equal parts, or not.
+    even = sorted(np.floor((speed - 40.0) * 102.4)) == list(range(1024))
+    assert even == (method != "random")
+    assert (samples(3)[0] == k).all()
+    assert (samples(4)[0] != k).all()
+
+
 def test_sobol_indices_of_a_known_function():
     """Of sin x + 7 sin² y + 0.1 z⁴ sin x, without a value on a part of the design; a constant."""
     angles = dict.fromkeys(("k", "b", "gap"), f"uniform:{-math.pi}:{math.pi}")

@@ -73,6 +73,8 @@ def evaluated(line, names):
     with redirect_stdout(out):
         try:
             exec(compile(f"{line}\n", "line", "single"), names)
+        except (NameError, SyntaxError):
+            raise  # of the session itself
         except Exception as error:
             of = f" of {error.variable}" if getattr(error, "variable", "") else ""
             print(f"{type(error).__name__}{of}: {error}")

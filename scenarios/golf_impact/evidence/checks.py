@@ -19,7 +19,7 @@ def check(impact: Impact, case: ImpactCase, rng: random.Random) -> Iterator[Erro
     """Errors of all outputs by each pattern of steps, at some of their ends and the last.
 
     Momentum and energy need no checks of their own: the reference has them.
-    FMICallException: the FMU refuses a step.
+    FMICallException is raised if the FMU refuses a step.
     """
     values = {**case.values, "start_time": case.start_time}
     reference = Reference(values, case.changes)
