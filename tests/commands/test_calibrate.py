@@ -9,13 +9,13 @@ import sys
 from dataclasses import replace
 from functools import cache
 
-import figures
 import numpy as np
 import pytest
 from command import golf, golf_here, refused
 from compare import assert_close, assert_within
-from conftest import HERE, numbers, some
+from conftest import numbers, some
 from scipy import stats
+from shown import axes_lines, check_snapshot
 
 import golf_impact
 from golf_build import VERSION
@@ -136,14 +136,13 @@ def found(name):
 
 
 def drawn(figure):
-    """Title, and for each axes title, limits, texts and points."""
+    """Its title, and what axes show."""
     yield f"\n{figure.get_suptitle()}"
     for axes in figure.axes:
-        yield f"\n{axes.get_title()}, {np.array(axes.get_xlim()).tolist()}"
-        yield from figures.shown(axes)
+        yield from ("", *axes_lines(axes))
 
 
-def shown(name, fit):
+def fit_lines(name, fit):
     """All that is printed, drawn and written, as lines of Markdown."""
     yield f"\n## {name}\n"
     for title, columns, rows in fit.tables():
@@ -164,11 +163,8 @@ def shown(name, fit):
 
 def test_what_is_found(tmp_path, pytestconfig):
     """`pytest --update tests/commands/test_calibrate.py` writes it: read the diff."""
-    lines = ["# Calibrations", *(line for name in PROBLEMS for line in shown(name, found(name)))]
-    text, expected = "\n".join([*lines, ""]), HERE / "snapshots" / "calibrate.md"
-    if pytestconfig.getoption("--update"):
-        expected.write_text(text, "utf-8")
-    assert text.splitlines() == expected.read_text("utf-8").splitlines()
+    lines = (line for name in PROBLEMS for line in fit_lines(name, found(name)))
+    check_snapshot(pytestconfig, "calibrate.md", ["# Calibrations", *lines])
 
 
 @pytest.mark.parametrize("name", PROBLEMS)
