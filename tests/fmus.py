@@ -57,7 +57,7 @@ def make_instance(folder, name="one", kind=None, **options):
     slave.get_reals = getattr(slave, f"get{slave.real}")
     slave.messages = []
     if fmi3:
-        options["logMessage"] = lambda *words: slave.messages.append(words[-1].decode())
+        options.setdefault("logMessage", lambda *words: slave.messages.append(words[-1].decode()))
     elif options.get("loggingOn"):
         options.setdefault("callbacks", logging_to(lambda *words: slave.messages.append(words[1])))
     slave.instantiate(**options)

@@ -95,6 +95,15 @@ def test_events(make, number):
         point, before = last, slave.getBoolean(slave.flags)
 
 
+def test_status_of_messages(make):
+    """That of the call that they are about."""
+    seen = []
+    slave = fmus.begin(make(logMessage=lambda *words: seen.append(words[1:3])))
+    assert fmus.step_status(slave, 0.0, -1.0) == 2
+    fmus.put(slave, k=-1.0)
+    assert seen == [(2, b"logStatusDiscard"), (3, b"logStatusError")]
+
+
 def test_no_type_of_values_is_fatal(make):
     """Types that no variable has: Error, and the step after it is discarded."""
     slave = fmus.begin(make())
