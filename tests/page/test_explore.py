@@ -97,6 +97,13 @@ def test_the_wasm_is_made_from_these_sources():
         assert data == file.read_bytes(), f"run python -m golf_build.wasm: {name}"
 
 
+def test_the_wasm_needs_ziglang(monkeypatch):
+    wasm = pytest.importorskip("golf_build.wasm", reason="the sources in C aren't here")
+    monkeypatch.setattr(wasm, "ziglang", lambda: None)
+    with pytest.raises(golf_impact.UserError, match="WebAssembly needs ziglang"):
+        wasm.build()
+
+
 def test_the_command(tmp_path):
     """With a ball of one's own and its conditions; without the place where its author has it."""
     (tmp_path / "mine.toml").write_text(
