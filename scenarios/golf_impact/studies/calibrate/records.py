@@ -225,10 +225,10 @@ def _read_text(path: Path, wanted: Sequence[Column], picked: Sequence[_Head]) ->
     width = mode(map(len, cells[first:stop])) if stop else 0
     heads, used = _find_heads(above, mark, width, wanted, picked)
     header, below = " / ".join(lines[n].strip() for n in used), max(used, default=-1) + 1
-    known = {lines[n] for n in used}
-    start = min(map(lines.index, known), default=0)
+    titles = {lines[n] for n in used}
+    start = min(map(lines.index, titles), default=0)
     again = [
-        n for n in range(len(lines)) if lines[n] in known and any(map(_begins, cells[start:n]))
+        n for n in range(len(lines)) if lines[n] in titles and any(map(_begins, cells[start:n]))
     ]
     if TIME in wanted and again:
         what = f"the header is there again in line {again[0] + 1}, a further segment begins there"
