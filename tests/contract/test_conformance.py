@@ -17,6 +17,7 @@ from fmpy.validation import validate_fmu
 from html5 import elements
 from lxml import etree
 from reference_results import FOLDER, reference_results
+from shown import check_snapshot
 from ways import FMUS, fmu_file, marked
 
 import golf_impact
@@ -175,7 +176,7 @@ def test_native_builds(pytestconfig, native_build):
         for line in native_build(compiler, here, fmi, *machine)
     ]
     text = "\n".join(lines).replace(sys.executable, "python").replace(str(ROOT), "…")
-    assert_stored(pytestconfig, HERE / "snapshots" / "native", {"log.txt": f"{text}\n"})
+    check_snapshot(pytestconfig, "native.txt", text.splitlines())
 
 
 def test_terminals(native_fmi3_path):

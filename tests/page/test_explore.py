@@ -13,6 +13,7 @@ from cases import DEFAULTS
 from command import ROOT, golf_here
 from compare import contact_scales
 from html5 import check_page
+from shown import check_snapshot
 from tab import by_wasm, facts
 
 import golf_impact
@@ -77,11 +78,8 @@ def test_what_the_scripts_are_given(tmp_path, pytestconfig):
     lines = []
     for part in ("undefined", "remarkable", "laws", "readouts", "examples", "opening"):
         rows = given[part].items() if isinstance(given[part], dict) else enumerate(given[part])
-        lines += [f"{part} {n}: {json.dumps(row, ensure_ascii=False)}\n" for n, row in rows]
-    snapshot = ROOT / "tests" / "snapshots" / "page-facts.txt"
-    if pytestconfig.getoption("--update"):
-        snapshot.write_text("".join(lines), "utf-8")
-    assert "".join(lines) == snapshot.read_text("utf-8")
+        lines += [f"{part} {n}: {json.dumps(row, ensure_ascii=False)}" for n, row in rows]
+    check_snapshot(pytestconfig, "page-facts.txt", lines)
 
 
 @pytest.mark.ci

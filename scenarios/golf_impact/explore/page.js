@@ -302,7 +302,7 @@ function listen() {
     event.preventDefault()
     setLevel("simple")
     openBeside(facts.opening.simple, facts.opening.simple, link.textContent)
-    document.body.scrollIntoView()
+    scrollTo(0, 0)
   }
   for (const button of all("button[value=worksheet], button[value=key]")) button.onclick = () => printSheet(button.value)
   // Its hash isn't a case.

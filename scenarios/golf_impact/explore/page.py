@@ -68,7 +68,8 @@ def write_page(
     facts = _facts(values, own)
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
     environment.filters["subscripts"] = _subscripts
-    environment.policies["json.dumps_kwargs"] = {}  # Not sorted.
+    # In the order of the tables; what JSON doesn't have is an error here.
+    environment.policies["json.dumps_kwargs"] = {"allow_nan": False}
     text = environment.from_string(_read("page.html")).render(
         facts=facts,
         answers=answers,

@@ -39,14 +39,19 @@ def extract_peers(scratch: str | Path) -> dict[str, Path]:
     # Without blanks, of which pythonfmu's runtime dies.
     folders = {n: Path(fmpy.extract(fmu, Path(scratch, f"{order}"))) for n, order in orders.items()}
     library = f"binaries/{fmpy.platform}/SteppedImpact{fmpy.sharedLibraryExtension}"
-    source, headers = HERE / "stepped_impact.c", Path(str(fmpy.__file__)).parent / "c-code"
     for name, order in orders.items():
         if order:  # in C: the model description is the same
-            flags = ["-O2", "-shared", "-fPIC", f"-I{headers}", f"-DORDER={order}"]
-            command = [compiler() or "cc", *flags, str(source), "-o", str(folders[name] / library)]
-            try:
-                subprocess.run(command, check=True, capture_output=True, text=True)
-            except (OSError, subprocess.CalledProcessError) as error:
-                why = first_line(getattr(error, "stderr", None) or error)
-                raise UserError(f"{source} can't be compiled: {why}") from error
+            compile_library(order, folders[name] / library)
     return folders
+
+
+def compile_library(order: int, library: Path) -> None:
+    """Compile the method of this order with FMI's headers."""
+    source, headers = HERE / "stepped_impact.c", Path(str(fmpy.__file__)).parent / "c-code"
+    flags = ["-O2", "-shared", "-fPIC", f"-I{headers}", f"-DORDER={order}"]
+    command = [compiler() or "cc", *flags, str(source), "-o", str(library)]
+    try:
+        subprocess.run(command, check=True, capture_output=True, text=True)
+    except (OSError, subprocess.CalledProcessError) as error:
+        why = first_line(getattr(error, "stderr", None) or error)
+        raise UserError(f"{source} can't be compiled: {why}") from error

@@ -417,6 +417,8 @@ def _read_shots(path: Any, columns: str, impact: Mapping[str, float]) -> Series:
 
     COR = S (1 + m_B/m_C) − 1 with the smash factor S, along the face normal.
     """
+    from scipy.stats import theilslopes  # takes a second to import
+
     table = read_table(Path(path), (records.CLUB, records.BALL), columns, missing=0.5)
     club, ball = table.columns.values()
     notes = [*table.notes]
@@ -434,10 +436,8 @@ def _read_shots(path: Any, columns: str, impact: Mapping[str, float]) -> Series:
         )
         notes.append(f"speeds have no unit: taken in {symbol}")
     cor = ball / club * (1.0 + impact["m_ball"] / impact["m_club"]) - 1.0
-    # The median of the slopes of all pairs (Theil and Sen), unless they are of one speed.
-    wide = np.ptp(club) > 0.1 * club.mean()
-    run, rise = (np.subtract.outer(of, of) for of in (club, cor))
-    slope = np.median(rise[run > 0.0] / run[run > 0.0]) if wide else 0.0
+    with np.errstate(invalid="ignore"):  # its interval has no number where many rows are equal
+        slope = theilslopes(cor, club)[0] if np.ptp(club) > 0.1 * club.mean() else 0.0
     off = cor - slope * club
     # 1.4826 times the median deviation is σ of a normal distribution.
     off -= np.median(off)

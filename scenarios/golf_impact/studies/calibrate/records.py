@@ -260,8 +260,7 @@ def _decode(path: Path) -> list[str]:
         raw = path.read_bytes()
     except OSError as error:
         raise UserError(f"can't read {path}: {error.strerror}") from error
-    marks = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
-    encoding = marks.get(raw[:2], "utf-8-sig")
+    encoding = "utf-16" if raw[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
     if b"\0" in raw[:2]:
         encoding = "utf-16-be" if raw.startswith(b"\0") else "utf-16-le"
     try:
