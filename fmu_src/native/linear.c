@@ -405,16 +405,18 @@ static double zero_between(const Modes *m, Newton row, double low, double high, 
     double t = high == INFINITY ? 2.0 * low + 1.0 / fastest_of(m) : 0.5 * (low + high);
     for (int n = 0; n < STEPS; n++) {
         Newton functions = functions_at(m, t);
-        double f = total_of(row, functions), rise = total_of(slope, functions), before = t;
+        double f = total_of(row, functions), rise = total_of(slope, functions);
         if ((f > 0.0) == falls) low = t;
         else high = t;
         if (high == INFINITY) {
             t *= 2.0;
             continue;
         }
-        /* Not a step that leaves the bracket, or overflows. */
-        t = fabs(f) < (high - low) * fabs(rise) ? t - f / rise : high;
-        if (!(low < t && t < high)) t = 0.5 * (low + high);
+        double step = fabs(f) < (high - low) * fabs(rise) ? f / rise : INFINITY, before = t;
+        t -= step;
+        /* Not a step that overflows or leaves the bracket, unless it is the last one: halving would go on to
+           the other side, 40 times. */
+        if (!(low < t && t < high) && fabs(step) > 1e-15 * before) t = 0.5 * (low + high);
         if (fabs(t - before) <= 1e-15 * t) break;
     }
     return t;

@@ -537,10 +537,11 @@ def _zero(row: Row, modes: Modes, low: float, high: float, falls: bool) -> float
         if high == inf:
             t *= 2.0
             continue
-        before = t
-        # Not a step that leaves the bracket, or overflows.
-        t = t - f / rise if abs(f) < (high - low) * abs(rise) else high
-        if not low < t < high:
+        step = f / rise if abs(f) < (high - low) * abs(rise) else inf
+        before, t = t, t - step
+        # Not a step that overflows or leaves the bracket, unless it is the last one: halving would
+        # go on to the other side, 40 times.
+        if not low < t < high and abs(step) > 1e-15 * before:
             t = 0.5 * (low + high)
         if abs(t - before) <= 1e-15 * t:
             break
