@@ -66,6 +66,7 @@ def pytest_addoption(parser):
 
 
 def pytest_configure(config):
+    some.at_night = "nightly" in config.getoption("markexpr")
     if not config.getoption("--hypothesis-profile"):
         settings.load_profile("ci" if config.getoption("--ci") else "few")
 
@@ -196,16 +197,19 @@ def some(few, values, more=None):
         more: how many with --ci; all, unless it is given.
     """
 
-    def marks(n):
-        if n < few:
-            return []
-        return [pytest.mark.ci if more is None or n < more else pytest.mark.nightly]
-
     named = values if isinstance(values, dict) else {str(value): value for value in values}
+    more = len(named) if more is None else more
+    marks = [[]] * few + [[pytest.mark.ci]] * (more - few)
+    # Tens of thousands, which take 1 s to collect.
+    marks += [[pytest.mark.nightly]] * ((len(named) - more) * some.at_night)
     return [
-        pytest.param(value, id=name, marks=marks(n))
-        for n, (name, value) in enumerate(named.items())
+        pytest.param(value, id=name, marks=mark)
+        for (name, value), mark in zip(named.items(), marks)
     ]
+
+
+#: Whether they are asked for.
+some.at_night = False
 
 
 def numbers(few, more, many):
