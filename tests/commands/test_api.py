@@ -11,6 +11,7 @@ from functools import partial
 from importlib import import_module
 from pathlib import Path
 
+import fmpy
 import pytest
 from command import run as run_process
 from command import run_python
@@ -157,6 +158,15 @@ def test_a_closed_impact():
     assert sentences == ["this FMU is closed, at the end of its `with` block: open another one"] * 3
     assert not Path(closed).exists()
     assert not Path(left).exists()
+
+
+def test_what_an_instance_needs_is_extracted(impact):
+    """Not documentation, reference results and other platforms' binaries."""
+    folder = Path(impact.folder)
+    assert {path.name for path in folder.iterdir()} == {
+        "modelDescription.xml", "binaries", "resources"
+    }  # fmt: skip
+    assert [path.name for path in folder.joinpath("binaries").iterdir()] == [fmpy.platform]
 
 
 def test_messages_reach_their_own_instance(impact):

@@ -65,6 +65,11 @@ def _interrupts_wait() -> Iterator[None]:
         raise KeyboardInterrupt
 
 
+def _is_needed(member: str) -> bool:
+    """Whether an instance on this platform needs this file of an FMU."""
+    return member.startswith(("modelDescription", "resources/", f"binaries/{fmpy.platform}/"))
+
+
 class _Closed:
     """Takes the place of an instance that has been freed: a call of it would end Python."""
 
@@ -79,7 +84,7 @@ class Fmu:
 
     Attributes:
         path: the .fmu file.
-        folder: where it is extracted.
+        folder: where what an instance needs of it is extracted.
         description: fmpy's ModelDescription.
         instance: fmpy's FMU2Slave, instantiated.
         references: value references by name.
@@ -98,7 +103,7 @@ class Fmu:
             self.folder = tempfile.mkdtemp(prefix="golf-impact-")
             # Also without a `with` block.
             self._remove = weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
-            fmpy.extract(str(path), self.folder)
+            fmpy.extract(str(path), self.folder, include=_is_needed)
             self.instance = self._instantiate()
         except Exception as error:  # fmpy raises Exception itself
             shutil.rmtree(self.folder, ignore_errors=True)
