@@ -1,5 +1,6 @@
 """Fixtures for all tests: the built FMUs, and tables of reference cases."""
 
+import gc
 import os
 import re
 import shutil
@@ -111,6 +112,12 @@ def pytest_collection_modifyitems(config, items):
         (dropped if any(map(item.get_closest_marker, left_out)) else kept).append(item)
     config.hook.pytest_deselected(items=dropped)
     items[:] = kept
+
+
+def pytest_collection_finish():
+    """The garbage collector needn't walk what imports and collection have left in memory."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(scope="session", autouse=True)
