@@ -5,10 +5,12 @@ from itertools import pairwise
 
 import pytest
 import random_cases
-from cases import CASES, exact, exact_path, exact_path_of, horizon, instants, scales_of
+from cases import CASES, DEFAULTS, exact, exact_path, exact_path_of, horizon, instants, scales_of
 from compare import assert_close, assert_same_results
 from conftest import numbers, some
 from ways import STEPPED
+
+from golf_impact.evidence.reference import Reference
 
 
 def points(case, compared, pattern):
@@ -115,3 +117,13 @@ def test_touch_after_a_state_is_restored_for_another_time(stepped_way):
     way.restore(way.save())
     assert way.step(1.0, point=9.0)
     assert way["touch_time"] == pytest.approx(9.00002, rel=1e-15)
+
+
+def test_the_largest_force_just_after_touch(stepped_way):
+    """There it is the damper's; after 3e-17 s it is larger by 1e-12 of that."""
+    values, size = {"law": 2, "b": 40.0}, 3e-17
+    assert stepped_way.begin(values).step(size)
+    exact = float(Reference(DEFAULTS | values).outputs(size)["max_force"])
+    assert 40.0 * DEFAULTS["club_speed"] * (1.0 + 5e-13) < exact
+    assert stepped_way["max_force"] == pytest.approx(exact, rel=1e-13)
+    assert stepped_way["time_of_max_force"] == size
