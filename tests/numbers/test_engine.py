@@ -70,6 +70,14 @@ def test_momentary_outputs_and_trajectories_are_those_of_the_fmu(impact, values)
 # Trajectories
 
 
+@pytest.mark.parametrize("exponent", [1.0, 1.0 + 1e-9, 4.0])
+def test_contacts_that_last_for_seconds(impact, exponent):
+    values = {"law": 2, "k": 0.1, "exponent": exponent, "reference_compression": 100.0, "b": 0.0}
+    found = golf_impact.run_impact(**values)
+    assert found["contact_time"] > 1.5
+    assert found == pytest.approx(impact(**values), rel=1e-13)
+
+
 def test_instants_in_any_order():
     path = golf_impact.run_trajectory(80, law=2, gap=1e-3)
     order = np.random.default_rng(1).permutation(80).reshape(4, 20)

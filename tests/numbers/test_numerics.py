@@ -53,9 +53,11 @@ def test_equations_without_numbers_are_refused(slope):
         nowhere.covers(1.0)
 
 
-def test_a_step_that_leaves_the_domain_is_tried_again():
+@pytest.mark.parametrize("first", [100.0, 1e-3])
+def test_steps_become_as_long_as_the_tolerance_allows(first):
+    """One that leaves the domain is tried again; there are 660, 2000 at most."""
     solution = runge_kutta.Solution(
-        lambda y: (y[1], -y[0] + 0.0 * math.sqrt(11.0 - y[2]), 1.0), (0.0, 1.0, 0.0), 100.0,
+        lambda y: (y[1], -y[0] + 0.0 * math.sqrt(11.0 - y[2]), 1.0), (0.0, 1.0, 0.0), first,
         lambda y: (1e-12, 1e-12, 1e-12), lambda y: 10.0 - y[2], lambda y: -1.0,
     )  # fmt: skip
     assert not solution.covers(20.0)

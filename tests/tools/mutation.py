@@ -41,8 +41,9 @@ NO_EVIDENCE = tuple(
     for name in ("tables_are_those_of_the_code", "contracts", "scenarios_import_no_machinery")
 )
 
-#: The tests of languages that coverage doesn't measure.
+#: The tests of languages that coverage doesn't measure, by the end of a file's name.
 SUITES = {
+    "stepped_impact.c": ("tests/commands/test_bench.py",),
     ".c": ("--native", "tests/numbers", "tests/contract", "tests/hosts/test_native.py"),
     ".js": ("tests/page", "-m", "browser or not browser"),
 }
@@ -159,7 +160,7 @@ class Checkout:
 
     def test(self, mutant: Mutant, known: "Coverage") -> dict:
         """How the tests of a mutant end, and which of them fail."""
-        suite, run = SUITES.get(Path(mutant.file).suffix), []
+        suite, run = next((SUITES[end] for end in SUITES if mutant.file.endswith(end)), None), []
         if suite is None:
             run = known.tests(mutant)
             suite = tuple({name.partition("::")[0] for name in run})
