@@ -42,7 +42,6 @@ static void send(Logger logger, void *environment, const char *name, FMI(Status)
     /* A host takes it for a format. */
     char format[2 * SENTENCE_SIZE];
     Text t = {format, format + sizeof format - 1};
-    *format = 0;
     for (; *sentence; sentence++) {
         if (*sentence == '%') put_character(&t, '%');
         put_character(&t, *sentence);

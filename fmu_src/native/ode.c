@@ -274,7 +274,6 @@ static double force_at_rest(const Integrated *o)
 static int comes_to_rest(const Integrated *o, const SolvedPanel *p)
 {
     double d = o->last[D], w = o->last[W], rest = force_at_rest(o);
-    if (d <= VANISHED * o->most[0]) return 1;
     double moved = (p->at.end - p->at.begin) * larger(fabs(w), fabs(p->at.start[W]));
     return fabs(integrated_force(o, d, w) - rest) <= REST * rest && moved <= REST * d;
 }
