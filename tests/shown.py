@@ -20,6 +20,8 @@ def result_lines(result):
         for axes in figure.axes:
             first, *others = axes_lines(axes)
             yield from (f"  - {first}", *(f"    - {line}" for line in others))
+        for legend in figure.legends:
+            yield f"  - legend: {' | '.join(text.get_text() for text in legend.get_texts())}"
 
 
 def sweep_picture(sets, outputs=OUTPUTS, samples=None):
