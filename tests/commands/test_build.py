@@ -74,6 +74,14 @@ def test_contents(tmp_path, fmu_path):
     assert listed == {name: hashlib.sha256(data).hexdigest() for name, data in files.items()}
 
 
+@pytest.mark.plain
+def test_a_file_without_an_installation(tmp_path, fmu_path):
+    """By build_fmu.py: the same bytes."""
+    file, script = tmp_path / "a folder" / "mine.fmu", ROOT / "build" / "build_fmu.py"
+    assert run(sys.executable, script, file, cwd=tmp_path).stdout.strip() == str(file)
+    assert file.read_bytes() == fmu_path.read_bytes()
+
+
 def test_an_archive_is_the_same_everywhere():
     """Order, times, attributes: the bytes of one that isn't compressed."""
     files = {"a": b"1", "modelDescription.xml": b"2", "binaries/linux64/x.so": b"3"}
