@@ -166,7 +166,7 @@ class Approach(Impact):
             duration = self.duration
             _, x_ball, v_club, v_ball, _, closing = self.motion
             x_ball += v_ball * duration
-            begin = added(self.begin, duration) if duration else self.begin
+            begin = added(self.begin, duration)
             touch = new(Touch, (begin, x_ball, v_club))
             start = new(Motion, (0.0, 0.0, v_club, v_ball, 0.0, closing))
             self._at_touch = touch, start

@@ -30,7 +30,6 @@ typedef struct {
     /* In Model Exchange: the host's time, s, and its solver's states; whether a drag has acted. */
     int is_solved, is_dragged;
     double time, states[4];
-    PhaseKind first_phase; /* that from which these steps began, in this phase */
     Parameters parameters;
     Impact impact;
 } Snapshot;
@@ -42,7 +41,6 @@ typedef struct {
     void *context;
     double size; /* the last step size, s, if such a step needs only its point checked; or NaN */
     int point_is_free; /* whether the next step may begin anywhere: after a restored state */
-    int check_every_step; /* a touch is ahead that would be refused */
     int has_failed; /* whether a read can't be computed */
     int has_state;  /* whether the state at this communication point has been read */
     State state, solver; /* as outputs and, in Model Exchange, the solver have it */
@@ -129,27 +127,21 @@ static void begin_steps(Component *c, Instant begin, double size)
     c->has_state = 0;
 }
 
-/* The impact that these values lead to, from the start. */
-static void begin_impact(Component *c, Inputs inputs)
-{
-    impact_start(&c->is.impact, &c->is.parameters, inputs.club_speed);
-    c->is.inputs = inputs;
-    c->is.has_impact = 1;
-    c->is.first_phase = APPROACH;
-    begin_steps(c, (Instant){0.0, 0.0}, 0.0);
-    if (c->is.is_solved) begin_solution(c);
-}
-
-/* The impact of the present values; or why they are rejected together: then one of bodies that never
-   meet. */
+/* The impact of the present values from the start: the ball lies at 0, the club face at -gap. Or why
+   they are rejected together: then that of bodies that never meet. */
 static Refusal begin_run(Component *c)
 {
-    Inputs inputs = inputs_of(c->is.values);
-    Parameters *p = &c->is.parameters;
-    *p = parameters_of(c->is.values);
-    Refusal why = conflict(p, inputs);
-    if (why.reason) inputs = (Inputs){1.0, 0.0, p->ball_speed, 0.0};
-    begin_impact(c, inputs);
+    const Instant start = {0.0, 0.0};
+    Snapshot *is = &c->is;
+    Parameters *p = &is->parameters;
+    is->inputs = inputs_of(is->values);
+    *p = parameters_of(is->values);
+    Refusal why = conflict(p, is->inputs);
+    if (why.reason) is->inputs = (Inputs){1.0, 0.0, p->ball_speed, 0.0};
+    begin_approach(&is->impact, p, is->inputs.club_speed, start, 0.0, (Instant){-p->gap, 0.0});
+    is->has_impact = 1;
+    begin_steps(c, start, 0.0);
+    if (is->is_solved) begin_solution(c);
     return why;
 }
 
@@ -159,7 +151,7 @@ static void component_reset(Component *c)
     memset(&c->is, 0, sizeof c->is);
     for (int n = 0; n < SETTABLE; n++) c->is.values[n] = TABLE[n].start;
     c->is.is_solved = is_solved;
-    c->point_is_free = c->check_every_step = c->has_failed = c->has_state = 0;
+    c->point_is_free = c->has_failed = c->has_state = 0;
     c->size = NAN;
 }
 
@@ -265,8 +257,18 @@ static Impact *present(Component *c)
         return &c->is.impact;
     }
     if (!c->is.has_impact) begin_run(c);
-    if (!advance(&c->is.impact, &c->is.parameters, c->is.inputs, instant_now(c))) c->has_failed = 1;
+    /* A contact that can't be computed isn't tried again for each output. */
+    if (!c->has_failed)
+        c->has_failed = !advance(&c->is.impact, &c->is.parameters, c->is.inputs, instant_now(c));
     return &c->is.impact;
+}
+
+/* Why the present impact can't be computed, once. */
+static Refusal take_failure(Component *c)
+{
+    if (!c->has_failed) return ACCEPTED;
+    c->has_failed = 0;
+    return preventing(contact_failure(&c->is.impact.contact), NOT_COMPUTABLE, 0.0, 0.0);
 }
 
 /* All refusals that speak against going on, in the list; how many. Those of illegal calls are gone with
@@ -324,12 +326,9 @@ static Refusal check_point(Component *c, double point, double size, double *orig
     /* After a restored state the host's time may go on from anywhere; a touch to come moves. */
     const Impact *i = present(c);
     double now = instant_now(c).high;
-    if (c->has_failed) {
-        c->has_failed = 0;
-        return not_computed(i);
-    }
-    if (i->phase == APPROACH || i->touch.instant.high >= now) *origin = point - now;
-    return ACCEPTED;
+    Refusal why = take_failure(c);
+    if (!why.reason && (i->phase == APPROACH || i->touch.instant.high >= now)) *origin = point - now;
+    return why;
 }
 
 /* Why this touch would be refused in a step of this size; whether one is ahead that would be. */
@@ -340,8 +339,7 @@ static Refusal check_touch(const Component *c, const Approach *a, Inputs inputs,
     if (!c->is.parameters.restitution_at_rest && !inputs.club_force) return ACCEPTED;
     Refusal why = refusal_of_touch(&c->is.parameters, inputs);
     *is_ahead = why.reason != FINE;
-    double t = since(a->begin, instant_now(c));
-    double left = a->duration - (t > RESOLUTION * a->begin.high ? t : 0.0);
+    double left = a->duration - elapsed(a->begin, instant_now(c));
     return *is_ahead && left <= size * (1.0 + 1e-12) ? why : ACCEPTED;
 }
 
@@ -350,19 +348,15 @@ static int are_equal(Inputs a, Inputs b)
     return a.k == b.k && a.b == b.b && a.club_speed == b.club_speed && a.club_force == b.club_force;
 }
 
-/* Why these inputs are refused from now on; else the impact that they lead to is `changed`, and whether
-   it is another one. */
-static Refusal change(const Component *c, Inputs inputs, Impact *changed, int *is_another)
+/* Why these inputs are refused from now on; else the impact that they lead to is `changed`. */
+static Refusal change(const Component *c, Inputs inputs, Impact *changed)
 {
     const Snapshot *is = &c->is;
     Refusal why = conflict(&is->parameters, inputs);
     if (why.reason) return why;
     impact_copy(changed, &is->impact);
-    int effect = change_inputs(changed, &is->parameters, is->inputs, inputs, instant_now(c));
-    if (effect == NOT_COMPUTED)
-        return preventing(contact_failure(&changed->contact), CHANGE_REFUSED, inputs.k, inputs.b);
-    *is_another = effect || changed->phase != is->first_phase || changed->phase == APPROACH;
-    return ACCEPTED;
+    why = change_inputs(changed, &is->parameters, is->inputs, inputs, instant_now(c));
+    return why.reason ? preventing(why, CHANGE_REFUSED, inputs.k, inputs.b) : ACCEPTED;
 }
 
 /* Make a step, unless it is refused: then why is reported, and nothing has changed. */
@@ -371,7 +365,7 @@ static int check_step(Component *c, double point, double size)
     Snapshot *is = &c->is;
     Impact changed;
     double origin;
-    int is_another = 0, is_ahead = 0;
+    int is_ahead = 0;
     if (!(isless(0.0, size) && islessequal(size, LARGEST_TIME))) {
         report_one(c, refusal(STEP_SIZE, size, 0.0));
         return 0;
@@ -380,24 +374,21 @@ static int check_step(Component *c, double point, double size)
     Refusal why = check_point(c, point, size, &origin);
     Inputs inputs = inputs_of(is->values);
     int has_changed = !are_equal(inputs, is->inputs);
-    if (!why.reason && has_changed) why = change(c, inputs, &changed, &is_another);
+    if (!why.reason && has_changed) why = change(c, inputs, &changed);
     const Impact *impact = has_changed ? &changed : &is->impact;
-    /* Without a change the touch may have been found for a read. */
-    if (!why.reason && (has_changed ? changed.phase : is->first_phase) == APPROACH)
+    if (!why.reason && is_undecided(impact, instant_now(c)))
         why = check_touch(c, &impact->approach, inputs, size, &is_ahead);
     if (why.reason) {
         report_one(c, why);
         return 0;
     }
-    if (is_another || size != is->last_step) begin_steps(c, instant_now(c), size);
-    if (has_changed) {
-        impact_copy(&is->impact, &changed);
-        is->first_phase = changed.phase;
-    }
+    if (has_changed || size != is->last_step) begin_steps(c, instant_now(c), size);
+    if (has_changed) impact_copy(&is->impact, &changed);
     is->inputs = inputs;
     is->origin = origin;
     is->count += 1.0;
-    c->check_every_step = is_ahead;
+    /* A touch ahead that would be refused is checked at every step. */
+    if (!is_ahead) c->size = size;
     return 1;
 }
 
@@ -408,9 +399,8 @@ static int component_step(Component *c, double point, double size)
     if (size == c->size && (point == c->is.point || goes_on(&c->is, point, size))) {
         c->is.count += 1.0;
     } else {
-        int is_accepted = check_step(c, point, size);
-        c->size = is_accepted && !c->check_every_step ? size : NAN;
-        if (!is_accepted) return 0;
+        c->size = NAN;
+        if (!check_step(c, point, size)) return 0;
         c->point_is_free = 0;
     }
     c->is.point = point + size;
@@ -469,7 +459,7 @@ static State contact_state(const Component *c, Impact *i)
     }
     double scaled_time = scale * offset + (is->count - first) * (scale * is->last_step);
     State s = contact_dense(&i->contact, scaled_time);
-    double t = elapsed(i, instant_now(c));
+    double t = elapsed(i->begin, instant_now(c));
     /* Quiet of NaN: of a contact that can't be computed. */
     if (!t || isless(s.force, 0.0) || isless(s.compression, 0.0))
         clamp_state(i, &is->parameters, &s, t);

@@ -19,12 +19,11 @@ typedef struct {
 
 static void begin_events(Component *c, double point, Events *e)
 {
-    int is_another;
     e->inputs = inputs_of(c->is.values);
     e->instant = instant_now(c);
     e->point = point;
     /* With inputs that are refused, so is the next step. */
-    e->has_more = !change(c, e->inputs, &e->impact, &is_another).reason;
+    e->has_more = !change(c, e->inputs, &e->impact).reason;
 }
 
 /* When the next one is, s; whether there is one. */
@@ -32,8 +31,7 @@ static int next_event(const Component *c, Events *e, double *when)
 {
     if (!e->has_more || !advance(&e->impact, &c->is.parameters, e->inputs, e->instant))
         return e->has_more = 0;
-    double t = since(phase_begin(&e->impact), e->instant);
-    double passed = t > RESOLUTION * phase_begin(&e->impact).high ? t : 0.0;
+    double passed = elapsed(phase_begin(&e->impact), e->instant);
     double left = nextafter(find_phase_end(&e->impact) - passed, INFINITY);
     if (!isfinite(left)) return e->has_more = 0;
     /* A step that ends there must not be shorter, whatever the host's rounding. */

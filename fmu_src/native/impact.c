@@ -2,8 +2,6 @@
 
 typedef enum { APPROACH, CONTACT, FLIGHT } PhaseKind;
 
-enum { NOT_COMPUTED = -1 };
-
 /* The bodies before first touch. The compression of the motion, below 0, and its low part, below
    the resolution of that, add up to minus the distance. */
 typedef struct {
@@ -41,7 +39,6 @@ typedef struct {
    then a change of the club speed changes that. */
 typedef struct {
     PhaseKind phase;
-    int has_failed; /* whether the contact that follows the approach can't be computed */
     Approach approach;
     Touch touch;
     Instant begin;  /* of the last contact phase */
@@ -55,7 +52,7 @@ typedef struct {
 static void impact_copy(Impact *to, const Impact *from)
 {
     memcpy(to, from, offsetof(Impact, contact));
-    if (from->phase != APPROACH || from->has_failed) contact_copy(&to->contact, &from->contact);
+    if (from->phase != APPROACH) contact_copy(&to->contact, &from->contact);
 }
 
 /* APPROACH */
@@ -74,15 +71,11 @@ static void begin_approach(Impact *i, const Parameters *p, double club_speed, In
     i->approach.duration = closing > SLOWEST ? (gap > 0.0 ? gap : 0.0) / closing : INFINITY;
 }
 
-/* The impact at time 0: the ball lies at 0, the club face at -gap. */
-static void impact_start(Impact *i, const Parameters *p, double club_speed)
+/* Time since an event, s; 0 before it, and up to the clock's last bit after it. */
+static double elapsed(Instant event, Instant instant)
 {
-    begin_approach(i, p, club_speed, (Instant){0.0, 0.0}, 0.0, (Instant){-p->gap, 0.0});
-}
-
-static int is_after(Instant event, Instant instant)
-{
-    return since(event, instant) > RESOLUTION * event.high;
+    double t = since(event, instant);
+    return t > RESOLUTION * event.high ? t : 0.0;
 }
 
 /* Whether no step has moved past the touch yet, by more than the clock's last bit. */
@@ -90,7 +83,7 @@ static int is_undecided(const Impact *i, Instant instant)
 {
     const Approach *a = &i->approach;
     if (since(a->begin, instant) <= a->duration) return 1;
-    return !is_after(added(a->begin, a->duration), instant);
+    return !elapsed(added(a->begin, a->duration), instant);
 }
 
 /* Go on with another club speed (m/s) from an instant on, where the touch is undecided. */
@@ -130,18 +123,10 @@ static void begin_touch(Impact *i, const Parameters *p, Inputs inputs)
 {
     Motion m = i->approach.motion;
     double duration = i->approach.duration, x_ball = m.x_ball + m.v_ball * duration;
-    Instant begin = duration ? added(i->approach.begin, duration) : i->approach.begin;
+    Instant begin = added(i->approach.begin, duration);
     Motion start = {0.0, 0.0, m.v_club, m.v_ball, 0.0, m.closing};
     i->touch = (Touch){begin, x_ball, m.v_club};
-    i->before = (Results){0.0, 0.0, 0.0, 0.0, 0.0};
     begin_contact(i, p, acting_inputs(p, inputs, m.closing), begin, start);
-}
-
-/* Time since the start of the contact phase, s, to an instant of the phase. */
-static double elapsed(const Impact *i, Instant instant)
-{
-    double t = since(i->begin, instant);
-    return t > RESOLUTION * i->begin.high ? t : 0.0;
 }
 
 /* Change a state of the dense output, t s after the start, to what a host may see: exact at the
@@ -256,10 +241,10 @@ static Instant phase_begin(const Impact *i)
 static int begin_next_phase(Impact *i, const Parameters *p, Inputs inputs)
 {
     if (i->phase == APPROACH) {
-        if (!i->has_failed) begin_touch(i, p, inputs);
-        i->has_failed = contact_failure(&i->contact).reason != FINE;
-        if (i->has_failed) i->phase = APPROACH;
-        return !i->has_failed;
+        begin_touch(i, p, inputs);
+        if (!contact_failure(&i->contact).reason) return 1;
+        i->phase = APPROACH;
+        return 0;
     }
     if (contact_extend(&i->contact)) return 1;
     if (contact_failure(&i->contact).reason) return 0;
@@ -292,23 +277,19 @@ static State impact_state(const Impact *i, const Parameters *p, Instant instant)
     return (State){0.0, x_club, x_ball, a->motion.v_club, a->motion.v_ball, left};
 }
 
-/* Go on with other inputs from an instant of the contact on; returns whether they have an effect. */
-static int change_contact(Impact *i, const Parameters *p, Inputs inputs, Instant instant)
+/* Go on with other inputs from an instant of the contact on; or return why that can't be computed. */
+static Refusal change_contact(Impact *i, const Parameters *p, Inputs inputs, Instant instant)
 {
     double approach_speed = i->touch.club_speed - p->ball_speed;
     Inputs acting = acting_inputs(p, inputs, approach_speed);
     if (acting.k == i->acting.k && acting.b == i->acting.b
         && acting.club_force == i->acting.club_force)
-        return 0;
+        return ACCEPTED;
     if (acting.club_force) {
         Refusal why = refusal_of_push(p, acting, approach_speed);
-        if (why.reason) {
-            i->contact.kind = LINEAR;
-            i->contact.as.linear.contact.failure = why;
-            return NOT_COMPUTED;
-        }
+        if (why.reason) return why;
     }
-    double t = elapsed(i, instant);
+    double t = elapsed(i->begin, instant);
     State s = state_since_touch(i, p, t);
     double d = s.compression;
     double closing = t ? contact_value(&i->contact, CLOSING, t) : i->motion.closing;
@@ -317,35 +298,32 @@ static int change_contact(Impact *i, const Parameters *p, Inputs inputs, Instant
     if (!(force <= 0.0) || (!d && closing > 0.0)) {
         i->before = results_until(i, t);
         begin_contact(i, p, acting, instant, motion);
-        if (contact_failure(&i->contact).reason) return NOT_COMPUTED;
-    } else {
-        begin_flight(i, instant, t, motion, inputs.club_force);
+        return contact_failure(&i->contact);
     }
-    return 1;
+    begin_flight(i, instant, t, motion, inputs.club_force);
+    return ACCEPTED;
 }
 
 /* Go on with other inputs from an instant on; a touch at this very instant hasn't been passed yet.
-   Returns whether they have an effect on the impact as it is; NOT_COMPUTED if that can't be computed. */
-static int change_inputs(Impact *i, const Parameters *p, Inputs before, Inputs inputs, Instant instant)
+   Returns why that can't be computed. */
+static Refusal change_inputs(Impact *i, const Parameters *p, Inputs before, Inputs inputs, Instant instant)
 {
     if (is_undecided(i, instant)) {
         /* The contact that has been found for a read had other inputs. */
         i->phase = APPROACH;
-        i->has_failed = 0;
         if (inputs.club_speed != before.club_speed) change_speed(i, p, inputs.club_speed, instant);
-        return 1;
+        return ACCEPTED;
     }
-    if (!advance(i, p, before, instant)) return NOT_COMPUTED;
+    if (!advance(i, p, before, instant)) return contact_failure(&i->contact);
     if (i->phase == CONTACT) return change_contact(i, p, inputs, instant);
-    if (i->phase == APPROACH || inputs.club_force == i->flight.club_force) return 0;
-    change_club_force(i, p, inputs.club_force, instant);
-    return 1;
+    if (inputs.club_force != i->flight.club_force) change_club_force(i, p, inputs.club_force, instant);
+    return ACCEPTED;
 }
 
 /* How long the last contact phase has lasted, s. */
 static double contact_lasted(const Impact *i, Instant instant)
 {
-    return i->phase == FLIGHT ? i->flight.lasted : elapsed(i, instant);
+    return i->phase == FLIGHT ? i->flight.lasted : elapsed(i->begin, instant);
 }
 
 /* Mean contact force, N, over the last `step` seconds, however short they are. */

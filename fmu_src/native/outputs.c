@@ -106,8 +106,9 @@ static int component_get(Component *c, uint32_t reference, Type type, double *va
    whether it is so: then none of them is valid. */
 static int has_read_failed(Component *c)
 {
-    if (!c->has_failed) return 0;
-    c->has_failed = c->has_state = 0;
-    report_one(c, not_computed(&c->is.impact));
+    Refusal why = take_failure(c);
+    if (!why.reason) return 0;
+    c->has_state = 0;
+    report_one(c, why);
     return 1;
 }

@@ -9,11 +9,6 @@ static Refusal preventing(Refusal why, Reason prevented, double a, double b)
     return why;
 }
 
-static Refusal not_computed(const Impact *i)
-{
-    return preventing(contact_failure(&i->contact), NOT_COMPUTABLE, 0.0, 0.0);
-}
-
 /* VALUES */
 
 /* Why these values, each of them allowed, are rejected together. */

@@ -76,9 +76,7 @@ static Refusal go_to(Component *c, double instant, double size)
 {
     begin_steps(c, (Instant){instant, 0.0}, size);
     present(c);
-    if (!c->has_failed) return ACCEPTED;
-    c->has_failed = 0;
-    return not_computed(&c->is.impact);
+    return take_failure(c);
 }
 
 static void read_results(Component *c, int row)

@@ -4,7 +4,7 @@
    from their initial states. Bytes of another version, cut or damaged ones, are refused; forged ones with
    a right checksum are the host's own business. */
 
-static const char LAYOUT[] = "golf-impact native state 4";
+static const char LAYOUT[] = "golf-impact native state 5";
 
 enum {
     STATE_SIZE = offsetof(Snapshot, impact.contact),
@@ -38,7 +38,6 @@ static int unpacked(Snapshot *to, const unsigned char bytes[], size_t size)
     memcpy(&sum, bytes + size - sizeof sum, sizeof sum);
     if (sum != checksum(bytes, size - sizeof sum)) return 0;
     memcpy(to, bytes + sizeof LAYOUT, STATE_SIZE);
-    to->impact.has_failed = 0;
     if (to->has_impact && !to->is_solved && to->impact.phase != APPROACH)
         contact_begin(&to->impact.contact, &to->parameters, to->impact.acting, to->impact.motion);
     return 1;
@@ -56,7 +55,7 @@ static void snapshot_copy(Snapshot *to, const Snapshot *from)
 static void component_restore(Component *c, const Snapshot *from)
 {
     snapshot_copy(&c->is, from);
-    c->check_every_step = c->has_state = 0;
+    c->has_state = 0;
     c->point_is_free = 1;
     c->size = NAN;
 }

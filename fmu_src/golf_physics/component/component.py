@@ -45,8 +45,6 @@ class Component(FmiComponent):
         #: The host's time at the start of the run and when the clock stood at 0, s.
         self.start_time = self.origin = 0.0
         self._run(None, None, START, 0.0)
-        #: Whether every step must be checked: a touch is ahead that would be refused.
-        self._check_every_step = False
         #: The last list of references read, and how: see `outputs.reading`.
         self._requested, self._pick = reading((), "Real")
 
@@ -100,7 +98,6 @@ class Component(FmiComponent):
         if problem is not None:
             return self._discard(problem)
         self._now = None
-        self._size = nan if self._check_every_step else size
         self.point = point + size
         self._point_is_free = False
         return True
@@ -150,21 +147,21 @@ class Component(FmiComponent):
                 why = error if type(error) is ArithmeticError else not_computed(error)
                 k, b, *_ = inputs
                 return refusal("CHANGE_REFUSED", k=k, b=b, why=why)
-        p, check_every_step = impact.parameters, False
+        p, is_ahead = impact.parameters, False
         if impact.touch is None and (p.restitution_at_rest or inputs.club_force):
             problem = LAWS[p.law].refusal_of_touch(p, inputs)
-            check_every_step = problem is not None
+            is_ahead = problem is not None
             left = impact.duration - impact.elapsed(instant)
-            if problem is not None and left <= size * (1.0 + 1e-12):
+            if is_ahead and left <= size * (1.0 + 1e-12):
                 return problem
-        self._check_every_step, self.origin = check_every_step, origin
-        if inputs is not self._inputs and (impact is not self._impact or impact.touch is None):
+        if inputs is not self._inputs:
             self._run(impact, inputs, instant, size)
         elif size != self.last_step:
             self._resize(self._present, instant, size)
-        # Where they have no effect any more, the dense output stays.
-        self._inputs = inputs
+        self.origin = origin
         self._count += 1.0
+        # A touch ahead that would be refused is checked at every step.
+        self._size = nan if is_ahead else size
         return None
 
     def _changed(self, inputs: Inputs) -> Impact:
@@ -294,7 +291,7 @@ class Component(FmiComponent):
         if computed is not None:
             self._present, self._dense_output = computed
         self.values = list(values)
-        self._point_is_free, self._check_every_step = True, False
+        self._point_is_free = True
         self._size = nan
 
     #: A snapshot as bytes, for another process, and back.
