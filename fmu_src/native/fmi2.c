@@ -34,7 +34,6 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real point, fmi2Real size, fmi2Boolea
     i->is_stepping = 1;
     i->is_refused = !component_step(&i->component, point, size);
     i->is_stepping = 0;
-    i->reached = i->is_refused ? point : point + size;
     return i->is_refused ? fmi2Discard : fmi2OK;
 }
 
@@ -43,7 +42,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real point, fmi2Real size, fmi2Boolea
 fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value)
 {
     if (!c || !value || kind != fmi2LastSuccessfulTime) return fmi2Discard;
-    *value = ((Instance *)c)->reached;
+    *value = COMPONENT(c)->is.point;
     return fmi2OK;
 }
 

@@ -21,7 +21,6 @@ typedef struct {
     void *environment; /* of the logger */
     char *name;
     double stop_time; /* s; infinite if it isn't defined */
-    double reached;   /* where the last accepted step ended, s */
     int is_refused;   /* whether the last step was */
     int is_stepping;  /* a message is then about a discarded step */
     int is_quiet;     /* the host wants no messages on discarded steps */

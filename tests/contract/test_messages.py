@@ -11,6 +11,7 @@ import pytest
 from command import run_python
 from conftest import repeated
 from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import fmi2LastSuccessfulTime, fmi2Terminated
 
 
 @pytest.mark.parametrize("name", ["FMI 2.0", "native, FMI 3.0", "native, FMI 2.0", "BallFlight"])
@@ -63,6 +64,15 @@ def test_numbers_in_sentences(way_of):
         way.messages.clear()
         way.set(k=-value)
         assert way.messages[0].startswith(f"k = {-value:.12g} N/m is refused"), way.messages
+
+
+def test_status_after_a_refused_step(way_of):
+    """FMI 2.0: where the last accepted step ended, wherever the refused one was to begin."""
+    way = way_of("native, FMI 2.0").begin(start=2.0)
+    for refused in (False, True):
+        assert way.step(1e-4, point=5.0 if refused else None) != refused
+        assert way.slave.getRealStatus(fmi2LastSuccessfulTime) == 2.0 + 1e-4
+        assert way.slave.getBooleanStatus(fmi2Terminated) == refused
 
 
 def test_what_an_instantiation_refuses(way_of):
