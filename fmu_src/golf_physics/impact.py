@@ -54,8 +54,6 @@ class Impact:
     motion: Motion
     velocities: tuple[float, float]  #: of club and ball, m/s: before touch, or at separation
     at_separation: Motion | None = None
-    #: Of that compression, below the resolution of a double, m.
-    compression_low = 0.0
 
     def since_begin(self, instant: Instant) -> float:
         """Time since the start of the phase, s; below 0 before it."""

@@ -415,7 +415,7 @@ static Refusal check_value(const Component *c, uint32_t reference, double value,
 {
     int place = place_of(reference);
     if (place < 0 || place >= SETTABLE || TABLE[place].type != type)
-        return (Refusal){NOT_SETTABLE, SETTABLE, type, {reference}, FINE};
+        return refusal(NOT_SETTABLE, reference, type);
     const Variable *v = &TABLE[place];
     double now = c->is.values[place];
     if (c->is.mode == TERMINATED) return refusal_of(reference, SET_AFTER_END, 0.0, 0.0);

@@ -79,13 +79,12 @@ typedef struct {
 typedef struct {
     Reason reason;
     int place;
-    Type type;
     double numbers[7];
     /* What a contact that can't be computed prevents: the sentence on that, with the last numbers. */
     Reason prevented;
 } Refusal;
 
-static const Refusal ACCEPTED = {FINE, 0, REAL, {0.0}, FINE};
+static const Refusal ACCEPTED = {FINE, 0, {0.0}, FINE};
 
 /* The place of a variable in the table; -1: there is none with this value reference. */
 static int place_of(uint32_t reference)
@@ -95,12 +94,12 @@ static int place_of(uint32_t reference)
 
 static Refusal refusal(Reason reason, double a, double b)
 {
-    return (Refusal){reason, SETTABLE, REAL, {a, b}, FINE};
+    return (Refusal){reason, SETTABLE, {a, b}, FINE};
 }
 
 static Refusal refusal_of(uint32_t reference, Reason reason, double a, double b)
 {
-    return (Refusal){reason, place_of(reference), REAL, {a, b}, FINE};
+    return (Refusal){reason, place_of(reference), {a, b}, FINE};
 }
 
 static double larger(double a, double b) { return b > a ? b : a; }

@@ -47,7 +47,7 @@ static Refusal refusal_of_push(const Parameters *p, Inputs inputs, double closin
     double contact_force = inputs.k * d_r * pow(power, n / (n + 1.0));
     double most = n == 1.0 ? MOST_PUSH : MOST_PUSH_OF_POWER_LAW;
     if (share * fabs(force) <= most * contact_force) return ACCEPTED;
-    return (Refusal){LARGE_PUSH, place_of(VR_club_force), REAL, {force, most, contact_force}, FINE};
+    return (Refusal){LARGE_PUSH, place_of(VR_club_force), {force, most, contact_force}, FINE};
 }
 
 /* The coefficient of the closing speed in the force, N.s/m. */

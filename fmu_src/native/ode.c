@@ -31,7 +31,8 @@ typedef struct {
     int is_complete; /* whether the end is known */
     Refusal failure;
     Parameters p;
-    double k, b, club_force, v_ball, x_ball;
+    Inputs acting;
+    double v_ball, x_ball;
     double last[QUANTITIES], width; /* where the next panel begins, and its width */
     double most[2];                 /* the largest compression and force so far */
     int peak_count[2];              /* of force and compression: those above all before */
@@ -43,14 +44,14 @@ typedef struct {
 
 static double integrated_force(const Integrated *o, double d, double w)
 {
-    return law_force(&o->p, o->k, o->b, d, w);
+    return law_force(&o->p, o->acting.k, o->acting.b, d, w);
 }
 
 /* Slopes of the closing speed and the ball's velocity, m/s2. */
 static void accelerations(const Integrated *o, double force, double *closing, double *ball)
 {
     *ball = force / o->p.m_ball;
-    *closing = (o->club_force - force) / o->p.m_club - *ball;
+    *closing = (o->acting.club_force - force) / o->p.m_club - *ball;
 }
 
 /* The speed in which errors count on a panel from this state on, m/s. */
@@ -58,7 +59,7 @@ static double error_scale(const Integrated *o, const double start[], double widt
 {
     double force = fabs(integrated_force(o, start[D], start[W]));
     /* Without cancellation: forces in balance have rounding errors. */
-    double ball = force / o->p.m_ball, club = (fabs(o->club_force) + force) / o->p.m_club;
+    double ball = force / o->p.m_ball, club = (fabs(o->acting.club_force) + force) / o->p.m_club;
     return larger(larger(fabs(start[W]), width * larger(ball, club)), LEAST);
 }
 
@@ -268,7 +269,7 @@ static void keep_peaks(Integrated *o, const SolvedPanel *p, Quantity quantity)
 /* Contact force of bodies that the club force accelerates together, N. */
 static double force_at_rest(const Integrated *o)
 {
-    return o->club_force * (o->p.m_ball / (o->p.m_club + o->p.m_ball));
+    return o->acting.club_force * (o->p.m_ball / (o->p.m_club + o->p.m_ball));
 }
 
 static int comes_to_rest(const Integrated *o, const SolvedPanel *p)
@@ -332,16 +333,14 @@ static void integrated_begin(Integrated *o, const Parameters *p, Inputs inputs, 
 {
     memset(o, 0, offsetof(Integrated, starts));
     o->p = *p;
-    o->k = inputs.k;
-    o->b = inputs.b;
-    o->club_force = inputs.club_force;
+    o->acting = inputs;
     o->v_ball = start.v_ball;
     o->x_ball = start.x_club - start.compression;
     o->last[D] = o->most[0] = start.compression;
     o->last[W] = start.closing;
     o->most[1] = integrated_force(o, start.compression, start.closing);
     if (!isfinite(o->most[1])) {
-        o->failure = (Refusal){NOT_FINITE, SETTABLE, REAL, {start.compression, start.closing, o->most[1]}, FINE};
+        o->failure = (Refusal){NOT_FINITE, SETTABLE, {start.compression, start.closing, o->most[1]}, FINE};
         return;
     }
     o->width = first_width(o);
@@ -355,30 +354,33 @@ static int is_at_rest(const Integrated *o, double t)
     return o->is_complete && o->duration == INFINITY && t > o->starts[o->count - 1].end;
 }
 
-/* The panel that holds a time, solved. */
-static const SolvedPanel *panel_at(Integrated *o, double t)
+/* The panel that holds a time, the last one afterwards. */
+static int panel_of(Integrated *o, double t)
 {
+    while (t > o->duration && integrated_extend(o)) continue;
     int low = 0, high = o->count - 1;
     while (low < high) {
         int middle = (low + high) / 2;
         if (t < o->starts[middle].end) high = middle;
         else low = middle + 1;
     }
-    solve_again(o, low);
-    return &o->panel;
+    return low;
 }
 
 /* The quantities at a time; NaN where they can't be computed. */
 static void integrated_at(Integrated *o, double t, double q[QUANTITIES])
 {
-    while (t > o->duration && integrated_extend(o)) continue;
+    int number = panel_of(o, t);
     if (!o->count || (o->failure.reason && t > o->duration)) {
         for (int i = 0; i < QUANTITIES; i++) q[i] = NAN;
         return;
     }
     if (!is_at_rest(o, t)) {
-        const SolvedPanel *p = panel_at(o, t);
-        for (int i = 0; i < QUANTITIES; i++) q[i] = quantity_at(p, i, t);
+        const PanelStart *at = &o->starts[number];
+        /* Results so far begin where a contact does: its first panel isn't solved again for that. */
+        if (t > at->begin) solve_again(o, number);
+        for (int i = 0; i < QUANTITIES; i++)
+            q[i] = t > at->begin ? quantity_at(&o->panel, i, t) : at->start[i];
         return;
     }
     double pull = force_at_rest(o) / o->p.m_ball, after = t - o->starts[o->count - 1].end;
@@ -408,11 +410,8 @@ static State integrated_state(Integrated *o, double t)
 /* Whether the time before `end` is so short that the difference of two impulses would lose digits. */
 static int is_short_of_panel(Integrated *o, double end, double width)
 {
-    double ignored[QUANTITIES];
-    integrated_at(o, end, ignored);
-    if (!o->count) return 0;
-    const PanelStart *at = &panel_at(o, end)->at;
-    return width < SHORT_OF_PANEL * (at->end - at->begin);
+    const PanelStart *at = &o->starts[panel_of(o, end)];
+    return o->count && width < SHORT_OF_PANEL * (at->end - at->begin);
 }
 
 static double integrated_impulse(Integrated *o, double begin, double width)

@@ -46,13 +46,19 @@ static double result(Component *c, Impact *i, uint32_t reference, double v_club,
     }
 }
 
-/* The value of an output beside the state of the bodies, by its value reference. */
+/* The value of an output, by its value reference. */
 static double output(Component *c, uint32_t reference)
 {
     Impact *i = c->has_state ? &c->is.impact : present(c);
     const Parameters *p = &c->is.parameters;
     if (c->is.is_solved && NEEDS_HISTORY(reference)) return NAN;
     switch (reference) {
+    case VR_force: return state_now(c)->force;
+    case VR_club_position: return state_now(c)->x_club;
+    case VR_ball_position: return state_now(c)->x_ball;
+    case VR_club_velocity: return state_now(c)->v_club;
+    case VR_ball_velocity: return state_now(c)->v_ball;
+    case VR_compression: return state_now(c)->compression;
     case VR_mean_force: return mean_force(i, instant_now(c), c->is.last_step);
     case VR_touched: return has_touched(i);
     case VR_in_contact: return i->phase == CONTACT;
@@ -87,16 +93,8 @@ static int component_get(Component *c, uint32_t reference, Type type, double *va
     int place = place_of(reference);
     *value = type == REAL ? NAN : 0.0;
     if (place < 0 || TABLE[place].type != type) {
-        refuse_call(c, (Refusal){NOT_READABLE, SETTABLE, type, {reference}, FINE});
+        refuse_call(c, refusal(NOT_READABLE, reference, type));
         return 0;
-    }
-    switch (reference) {
-    case VR_force: *value = state_now(c)->force; return 1;
-    case VR_club_position: *value = state_now(c)->x_club; return 1;
-    case VR_ball_position: *value = state_now(c)->x_ball; return 1;
-    case VR_club_velocity: *value = state_now(c)->v_club; return 1;
-    case VR_ball_velocity: *value = state_now(c)->v_ball; return 1;
-    case VR_compression: *value = state_now(c)->compression; return 1;
     }
     *value = place < SETTABLE ? c->is.values[place] : output(c, reference);
     return 1;

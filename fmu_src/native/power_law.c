@@ -200,23 +200,21 @@ static double lay_out(PowerLaw *o)
 {
     const Oscillator *motion = &o->motion;
     double zeta = motion->zeta, slow = motion->slow, frequency = motion->frequency;
-    double x = o->x, u = o->u, left = INFINITY, cut = 1.0, begin = 0.0, t = 0.0;
+    double x = o->x, u = o->u, left = INFINITY, begin = 0.0, t = 0.0;
     /* sigma from the last zero of x to the start, and on to the end; on to the next zero: left. */
     double past = oscillator_until(motion, x, u + zeta * x, u + slow * x);
     double end = oscillator_until(motion, x + 2.0 * zeta * u,
                                   zeta * x + (2.0 * zeta * zeta - 1.0) * u, slow * (x + slow * u));
-    int cuts = CUTS_ABOVE;
+    const double *cuts = CUTS_ABOVE_CRITICAL;
+    int count = CUTS_ABOVE;
     if (motion->oscillates) {
         left = atan2(2.0 * zeta * frequency, 1.0 - 2.0 * zeta * zeta) / frequency;
-        cuts = CUTS_BELOW;
+        cuts = CUTS_BELOW_CRITICAL;
+        count = CUTS_BELOW;
     }
-    for (int n = 0; n <= cuts; n++) {
-        double stop = end;
-        if (n < cuts) {
-            cut = motion->oscillates ? CUTS_BELOW_CRITICAL[n] : CUTS_ABOVE_CRITICAL[n];
-            stop = cut / frequency - past;
-            if (!(0.0 < stop && stop < end)) continue;
-        }
+    for (int n = 0; n <= count; n++) {
+        double stop = n < count ? cuts[n] / frequency - past : end;
+        if (n < count && !(0.0 < stop && stop < end)) continue;
         o->panels[o->count] = panel_between(o, begin, stop, past, end, left, t);
         t = o->panels[o->count++].end;
         begin = stop;

@@ -38,7 +38,7 @@ static Refusal refusal_of_touch(const Parameters *p, Inputs inputs)
     double coefficient = p->restitution_at_rest - p->restitution_slope * closing;
     if (!p->restitution_at_rest || (LEAST_RESTITUTION <= coefficient && coefficient <= 1.0))
         return refusal_of_push(p, inputs, closing);
-    return (Refusal){TOUCH, place_of(VR_club_speed), REAL,
+    return (Refusal){TOUCH, place_of(VR_club_speed),
                      {inputs.club_speed, p->restitution_at_rest, p->restitution_slope, closing,
                       coefficient}, FINE};
 }
@@ -69,10 +69,10 @@ static void put_sentence(Text *t, const char *sentence, const Refusal *r, const 
         }
         switch (*++sentence) {
         case 'n':
-            if (r->reason == NOT_SETTABLE || r->reason == NOT_READABLE) put_name(t, *numbers++);
+            if (r->place == SETTABLE) put_name(t, *numbers++);
             else put(t, TABLE[r->place].name);
             break;
-        case 't': put(t, TYPES[r->type]); break;
+        case 't': put(t, TYPES[(int)*numbers++]); break;
         case 's': put(t, words); break;
         default: put_number(t, *numbers++, *sentence == 'g' ? 6 : DIGITS); break;
         }

@@ -59,7 +59,7 @@ static Refusal begin_row(Component *c, int row, double *end)
         double value = space.values[n][row];
         int is_whole = TABLE[n].type != ENUMERATION || value == floor(value);
         if (!(TABLE[n].low <= value && value <= TABLE[n].high && is_whole))
-            return (Refusal){OUT_OF_RANGE, n, REAL, {value}, FINE};
+            return (Refusal){OUT_OF_RANGE, n, {value}, FINE};
         c->is.values[n] = value;
     }
     Refusal why = begin_run(c);
