@@ -25,6 +25,10 @@ from golf_impact.report.scripts import ALL, FOLDER, SCENARIOS
 
 PROJECT = read_toml(ROOT / "pyproject.toml")["project"]
 
+FOLDERS = "build", "fmu_src", "scenarios", "tests"
+#: A file that a reader writes, and one that is in FMUs.
+ELSEWHERE = {"hunt_crossley.py", "sources/all.c"}
+
 PYTHON = r"(?s)```python\n(.*?)```"
 documents = pytest.mark.parametrize(
     "document", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT))
@@ -61,14 +65,23 @@ def test_links_lead_somewhere(document):
             assert not anchor or anchor in anchors(there), target
 
 
+def files_of(name):
+    """The files of this name, or this end of a path."""
+    return [path for folder in FOLDERS for path in (ROOT / folder).rglob(name)]
+
+
 @documents
-def test_modules_and_tests_that_they_name_exist(document):
+def test_modules_files_and_symbols_that_they_name_exist(document):
     text = document.read_text("utf-8")
     for dotted in {*re.findall(r"\bgolf_(?:physics|impact|build)(?:\.\w+)+\b(?!/)", text)}:
         if not dotted.endswith((".py", ".toml")):
             resolve_name(dotted)
-    for name in {*re.findall(r"\btest_\w+\.py\b", text)}:
-        assert [*(ROOT / "tests").rglob(name)], name
+    file = r"`(?:(?:fmu_src|build|scenarios|tests)/)?([\w/]+\.(?:py|c|toml|jinja))`"
+    for name in {*re.findall(file, text), *re.findall(r"\btest_\w+\.py\b", text)} - ELSEWHERE:
+        assert files_of(name), name
+    for symbol, name in re.findall(rf"`(\w+)`\s+(?:of|in)\s+{file}", text):
+        texts = [one.read_text("utf-8") for one in files_of(name)]
+        assert re.search(rf"\b{symbol}\b", "\n".join(texts)), symbol
 
 
 # Programs and command lines in them
