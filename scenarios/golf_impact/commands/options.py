@@ -7,7 +7,7 @@ from golf_physics.variables import BY_NAME
 from typer import Option
 
 from golf_impact.commands.console import say, warn
-from golf_impact.data.errors import UserError
+from golf_impact.data.errors import UserError, unknown_name
 from golf_impact.data.quantities import LAWS_IN_WORDS, START, format_options
 from golf_impact.data.units import remarks, si_value, unit_of
 
@@ -66,6 +66,8 @@ def case_of(
         try:
             values[name] = si_value(text, unit_of(name))
         except ValueError as error:
+            if name not in START:
+                raise unknown_name("input or parameter", name, START) from None
             why = LAWS_IN_WORDS if name == "law" else error
             raise UserError(f"--set {name}={text} is refused: {why}") from None
     balls = [ball(name) for name in dict.fromkeys(names)]

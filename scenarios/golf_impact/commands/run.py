@@ -67,10 +67,10 @@ def run(
     own_name = name or name_of_case(given, own_balls)
     if {*own_name} & {*NO_NAME}:
         raise UserError(f"--name {own_name} can't be in names of files: leave out {NO_NAME}")
-    if names and own:
-        say(f"--set and --ball define a case of your own; they don't change {', '.join(names)}.")
     chosen = names or ([] if own else scripts.SCENARIOS)
     paths = [scripts.path_of(name) for name in dict.fromkeys(chosen)]
+    if names and own:
+        say(f"--set and --ball define a case of your own; they don't change {', '.join(names)}.")
     if len({path.stem for path in paths}) < len(paths):
         raise UserError("two scenarios have the same name: run one at a time")
     place = folder or (RESULTS / "_".join(path.stem for path in paths) if names else RESULTS)

@@ -30,6 +30,8 @@ def path_of(name_or_path: str) -> Path:
     """The script of a scenario by its name, or of a path; UserError if there is none."""
     path = Path(name_or_path)
     if path.suffix != ".py":
+        if "=" in name_or_path:
+            raise UserError(f"{name_or_path} isn't a scenario: write --set {name_or_path}")
         if name_or_path not in ALL:
             raise unknown_name("scenario", name_or_path, ALL, ", or give a .py file")
         path = FOLDER / f"{name_or_path}.py"

@@ -375,8 +375,8 @@ def _read_curve(
     if both := [name for name in own if name in known]:
         raise UserError(f"prior {both[0]} is refused beside curves with a {both[0]} of their own")
     if missing := [n for n in ("club_speed", "m_club") if n not in conditions and n not in own]:
-        words = "its conditions, e.g. --club-speed 40 --m-club 0.2"
-        speeds = "of several ones --curve FILE.csv@SPEED for each"
+        words = "write --club-speed 40 --m-club 0.2, for instance"
+        speeds = "for curves of several speeds --curve FILE.csv@SPEED"
         raise UserError(f"a curve needs {' and '.join(missing)}: {words}; {speeds}")
     series = _read_series(given, kind, (records.TIME, records.FORCE, records.SIGMA), columns)
     return Curve(**vars(series), impact={**IMPACT, **conditions, **own})

@@ -17,7 +17,7 @@ from golf_impact.data.balls import ball, conditions_of
 from golf_impact.data.errors import UserError, missing_package, refused, unknown_name
 from golf_impact.data.quantities import LAWS_IN_WORDS, START
 from golf_impact.data.runs import FLAGS, ImpactArrays
-from golf_impact.data.units import si_value, si_values, unit_of
+from golf_impact.data.units import si_values, unit_of
 
 #: Default outputs: those known at the end of contact.
 OUTPUTS = (
@@ -74,7 +74,10 @@ def _parse(text: str, unit: str) -> Axis:
             raise ValueError(f"there is no range {kind}: choose from log, normal, uniform")
         kind, numbers = "", text.split(":")
     is_grid = kind in ("", "log")
-    count = si_value(numbers.pop(), "") if is_grid else 1.0
+    try:
+        count = float(numbers.pop()) if is_grid else 1.0
+    except ValueError:  # a unit, or a word
+        count = np.nan
     low, high = si_values(numbers, unit) if len(numbers) == 2 else (np.nan, np.nan)
     rising = high > 0.0 if kind == "normal" else low <= high and (low > 0.0 or kind != "log")
     # A larger count would be a typing error.
