@@ -7,7 +7,6 @@ of tests use it, too, without golf_impact.
 import ctypes
 import platform
 import sys
-from contextlib import contextmanager
 from functools import cache
 
 import fmpy
@@ -29,6 +28,8 @@ _CALLED = {"Enumeration": "Int64"}
 
 def make_instance(folder, name="one", kind=None, **options):
     """Instantiate an extracted FMU for co-simulation, or as `kind`.
+
+    Each call of a native one fails that raises a floating-point exception.
 
     Returns:
         The instance, with `variables` by name, value references `reals` and `flags`, and the
@@ -60,30 +61,30 @@ def make_instance(folder, name="one", kind=None, **options):
         options.setdefault("logMessage", lambda *words: slave.messages.append(words[-1].decode()))
     elif options.get("loggingOn"):
         options.setdefault("callbacks", logging_to(lambda *words: slave.messages.append(words[1])))
+    is_native = "(native)" in description.generationTool
+    if is_native and (sys.platform, platform.machine()) == ("linux", "x86_64"):
+        _watch(slave)
     slave.instantiate(**options)
     return slave
 
 
-#: FE_INVALID, FE_DIVBYZERO and FE_OVERFLOW of glibc.
+#: FE_INVALID, FE_DIVBYZERO and FE_OVERFLOW of x86-64.
 _EXCEPTIONS = 0x1 | 0x4 | 0x8
 
 
-@contextmanager
-def watched(slave):
+def _watch(slave):
     """Let each call fail that raises a floating-point exception: a host may trap them."""
-    if (sys.platform, platform.machine()) == ("linux", "x86_64"):
-        libm, call = ctypes.CDLL("libm.so.6"), slave._call
+    libm, call = ctypes.CDLL("libm.so.6"), slave._call
 
-        def checked(name, *arguments):
-            libm.feclearexcept(_EXCEPTIONS)
-            try:
-                return call(name, *arguments)
-            finally:
-                assert not libm.fetestexcept(_EXCEPTIONS), (name, arguments)
+    def watched(name, *arguments):
+        libm.feclearexcept(_EXCEPTIONS)
+        try:
+            return call(name, *arguments)
+        finally:
+            if libm.fetestexcept(_EXCEPTIONS):
+                raise FloatingPointError(f"{name} {arguments}")
 
-        slave._call = checked
-    yield slave
-    slave.__dict__.pop("_call", None)
+    slave._call = watched
 
 
 def logging_to(log):

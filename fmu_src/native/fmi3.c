@@ -57,17 +57,18 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 point, fmi3Float64 size, fmi3B
     *event = *terminate = *early = fmi3False;
     *last = point;
     if (is_past_stop(i, point, size)) return status_of(is_illegal(i, PAST_STOP));
-    double reached = point + size;
+    int has_events = i->has_event_mode || i->may_return_early;
+    double reached = point;
     i->is_stepping = 1;
-    if (i->has_event_mode || i->may_return_early)
+    if (has_events)
         is_accepted = component_step_to_event(&i->component, point, size, i->may_return_early,
                                               &is_event, &reached);
     else is_accepted = component_step(&i->component, point, size);
     i->is_stepping = 0;
     if (!is_accepted) return fmi3Discard;
-    *last = reached;
+    *last = has_events ? reached : point + size;
     *event = is_event && i->has_event_mode;
-    *early = reached < point + size;
+    *early = *last < point + size;
     return fmi3OK;
 }
 

@@ -62,7 +62,7 @@ SCRIPTS = read_toml(HERE / "contract" / "scripts.toml")
 
 def refused_calls(table):
     """Calls that are refused; what is right goes on as if they hadn't been made."""
-    sizes = [f"step {size}" for size in (0, -1e-6, "nan", "inf", "-inf", 1e101)]
+    sizes = [f"step {size}" for size in (0, -1e-6, "nan", "inf", "-inf", 1e101, "inf at=-inf")]
     shifts = (0.9e-6, -0.9e-6, 1.1e-6, -1.1e-6, 1.0, -1.0, math.nan, math.inf)
     points = [f"step 1e-4 off={shift * 1e-4}" for shift in shifts]
     damages = [f"damage {n / 40} {n % 2}" for n in range(40)]

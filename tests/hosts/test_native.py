@@ -1,30 +1,23 @@
 """The native FMU: what a build contains, platforms, sources, sanitizers, hosts without Python."""
 
 import json
-import math
 import os
-import random
 import re
 import shutil
 import sys
-from contextlib import suppress
-from ctypes import c_double, c_int, c_size_t
+from ctypes import c_int, c_size_t
 from itertools import product
 from pathlib import Path
 
 import fmpy
-import fmus
 import pytest
 from command import golf_here, refused, run, run_python
 from compare import assert_close
-from conftest import EXPECTED, LAW_2_CONTACT, repeated
-from fmpy.fmi1 import FMICallException
+from conftest import EXPECTED, LAW_2_CONTACT
 from fmpy.fmi2 import FMU2Model, FMU2Slave
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmus import make_instance, step_status
-from golf_physics.variables import SETTABLE
 from programs import HEADERS
-from ways import InFmu
 
 from golf_build import native
 from golf_build.archive import unpack, write_archive
@@ -180,51 +173,6 @@ def test_a_step_beyond_the_stop_time_is_an_error(native_path, tmp_path):
     assert step_status(slave, 0.0, 1e-3 * (1 + 2e-6)) == 3
     slave.doStep(0.0, 1e-3 * (1 + 5e-7))
     slave.freeInstance()
-
-
-#: Values and sizes of steps (s) beside the ends of a variable's range.
-ODD = (math.nan, math.inf, -math.inf, -0.0, 1e300, -1.7e308, 1.0, 1.5, 35.0, 1e4, 1e-2, 1e-5)
-SIZES = (1e-6, 1e-5, 1e-4, 1e-3, 1.0, 1e10, math.nan, -1.0, 1e308)
-
-
-@pytest.mark.parametrize("kind", [FMU2Slave, FMU2Model])
-@pytest.mark.parametrize("times", repeated(50, 500, 20_000))
-def test_no_floating_point_exception_is_raised(native_path, tmp_path, kind, times):
-    """Whatever the values, in co-simulation and, by Euler's method, in Model Exchange."""
-    way, rng = InFmu(fmpy.extract(str(native_path), str(tmp_path / "fmu")), kind), random.Random(1)
-    rows, (states, slopes) = SETTABLE.values(), ((c_double * 4)() for _ in "12")
-
-    def chosen(most, *causalities):
-        reals = [row for row in rows if row.type == "Real" and row.causality in causalities]
-        some = rng.sample(reals, rng.randrange(most))
-        return {row.name: rng.choice((row.low, row.high, rng.choice(ODD))) for row in some}
-
-    def solve(slave, size):
-        slave.newDiscreteStates()
-        slave.enterContinuousTimeMode()
-        slave.getContinuousStates(states, 4)
-        slave.getDerivatives(slopes, 4)
-        way.time += size
-        slave.setTime(way.time)
-        moved = [x + size * max(-1e30, min(v, 1e30)) for x, v in zip(states, slopes)]
-        states[:] = [new if abs(new) < 1e6 else x for x, new in zip(states, moved)]
-        slave.setContinuousStates(states, 4)
-        slave.getEventIndicators((c_double * 2)(), 2)
-        slave.enterEventMode()
-
-    with fmus.watched(way.slave):
-        for _ in range(times):
-            way.begin({"law": rng.choice((1, 2))} | chosen(6, "input", "parameter"))
-            for size in rng.choices(SIZES, k=10):
-                if kind is FMU2Slave:
-                    way.step(size, rng.choice((*[None] * 9, rng.choice(ODD))))
-                else:
-                    # With values that are refused there are no derivatives.
-                    with suppress(FMICallException):
-                        solve(way.slave, size if 0.0 < size < 1e6 else 0.0)
-                way.set(**chosen(2, "input"))
-                way.read()
-    way.close()
 
 
 @pytest.mark.parametrize("kind", [FMU2Slave, FMU2Model, FMU3Slave, FMU3Model])
