@@ -2,7 +2,6 @@
 
 import re
 import shlex
-import shutil
 import sys
 from dataclasses import replace
 from hashlib import sha256
@@ -12,7 +11,7 @@ from pathlib import Path
 import fmpy
 import pytest
 from command import ROOT, run
-from conftest import HERE, holds_c
+from conftest import holds_c
 from fmpy.validation import validate_fmu
 from html5 import elements
 from lxml import etree
@@ -29,7 +28,9 @@ from golf_impact.fmu import doctor
 from golf_impact.fmu.doctor import examine
 from golf_impact.fmu.file import run_here
 
-DESCRIPTIONS = ("modelDescription.xml", "terminalsAndIcons.xml", "SystemStructure.ssd")
+DESCRIPTIONS = {
+    "modelDescription.xml", "terminalsAndIcons/terminalsAndIcons.xml", "SystemStructure.ssd"
+}  # fmt: skip
 
 
 def archive_of(name, once, system_files):
@@ -95,24 +96,13 @@ def stable(text):
 def test_descriptions_and_names(pytestconfig, once, system_files, tmp_path, name):
     """Of binaries those of pythonfmu alone: native ones are of this machine."""
     archive = wheel(tmp_path) if name == "wheel" else archive_of(name, once, system_files)
-    folder = HERE / "snapshots" / (name if name == "wheel" else archive.stem)
+    folder = name if name == "wheel" else archive.stem
     content = unpack(archive)
     names = [n for n in sorted(content) if not ("native" in name and "binaries/" in n)]
-    found = {"names.txt": stable("".join(f"{n}\n" for n in names))}
-    if name != "wheel":
-        texts = {n.rpartition("/")[2]: data for n, data in content.items()}
-        found |= {n: stable(texts[n].decode()) for n in DESCRIPTIONS if n in texts}
-    assert_stored(pytestconfig, folder, found)
-
-
-def assert_stored(pytestconfig, folder, found):
-    if pytestconfig.getoption("--update"):
-        shutil.rmtree(folder, ignore_errors=True)
-        folder.mkdir(parents=True)
-        for file, text in found.items():
-            (folder / file).write_text(text, "utf-8")
-    stored = {file.name: file.read_text("utf-8") for file in folder.iterdir()}
-    assert found == stored, "pytest --update tests/contract/test_conformance.py; read the diff"
+    check_snapshot(pytestconfig, f"{folder}/names.txt", stable("\n".join(names)).splitlines())
+    for path in DESCRIPTIONS & {*content}:
+        lines = stable(content[path].decode()).splitlines()
+        check_snapshot(pytestconfig, f"{folder}/{Path(path).name}", lines)
 
 
 #: System and processor, as Python names them.

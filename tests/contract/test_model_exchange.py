@@ -349,6 +349,9 @@ def test_what_has_no_directional_derivatives(model):
     for unknowns, known in ((["force"], "m_club"), (["k"], "k"), (["touched"], "k")):
         assert is_error(model.changes, unknowns, known)
         assert "a directional derivative" in model.messages[-1]
+    # At touch the damper of a power law is infinitely steep.
+    model.begin({"law": 2, "exponent": 1.5})
+    assert model.changes(["force"], "club_position") == {"force": math.inf}
     nominals = model.array(model.slave.getNominalsOfContinuousStates)
     assert nominals == [BY_NAME[name].nominal for name in STATES]
 
@@ -497,6 +500,7 @@ def test_no_floating_point_exception_is_raised(model, way, times):
             model.begin(values)
         for size in rng.choices(STEPS[:5], k=10):
             with suppress(FMICallException):
+                model.changes(UNKNOWNS, rng.choice(STATES))
                 slopes = (max(-1e30, min(slope, 1e30)) for slope in model.derivatives())
                 pairs = [(x, x + size * slope) for x, slope in zip(model.states(), slopes)]
                 moved = (then if abs(then) < 1e6 else x for x, then in pairs)

@@ -29,6 +29,14 @@ SANITIZERS = "-fsanitize=address,undefined"
 BOTH = ("native_path", "native_fmi3_path")
 
 
+def on_path(program):
+    """Its path; skips without it."""
+    path = shutil.which(program)
+    if path is None:
+        pytest.skip(f"there is no {program} on this machine")
+    return path
+
+
 # The file
 
 
@@ -75,10 +83,8 @@ def unpacked(request, tmp_path):
 
 
 def test_it_exports_nothing_but_fmi(unpacked):
-    if shutil.which("nm") is None:
-        pytest.skip("there is no nm on this machine")
     (library,) = (unpacked / "binaries").rglob("*.so")
-    lines = run("nm", "-D", "--defined-only", library).stdout.splitlines()
+    lines = run(on_path("nm"), "-D", "--defined-only", library).stdout.splitlines()
     names = {line.split()[-1][:4] for line in lines}
     assert names == {"fmi3" if "x86_64-linux" in str(library) else "fmi2"}
     needed = run("readelf", "-d", library).stdout
@@ -88,29 +94,19 @@ def test_it_exports_nothing_but_fmi(unpacked):
 @pytest.mark.ci
 def test_its_sources_compile(unpacked, tmp_path):
     """Without a warning, in C99 alone, with a prefix for static linking."""
-    compiler = gcc()
     flags = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O1", "-c", f"-I{HEADERS}"]
     prefixes = [f"-DFMI{fmi}_FUNCTION_PREFIX=golf_" for fmi in (2, 3)]
-    run(compiler, *flags, *prefixes, unpacked / "sources" / "all.c", "-o", tmp_path / "all.o")
-    if shutil.which("nm"):
-        lines = run("nm", "--defined-only", "-g", tmp_path / "all.o").stdout.splitlines()
-        assert {line.split()[-1][:8] for line in lines} in ({"golf_fmi"},)
+    run(on_path("gcc"), *flags, *prefixes, unpacked / "sources" / "all.c", "-o", tmp_path / "all.o")
+    lines = run("nm", "--defined-only", "-g", tmp_path / "all.o").stdout.splitlines()
+    assert {line.split()[-1][:8] for line in lines} == {"golf_fmi"}
 
 
 @pytest.mark.parametrize("option", ["-Ofast", "-ffast-math", "-ffinite-math-only"])
 def test_options_that_make_it_wrong_dont_compile(native_path, tmp_path, option):
     """Under these NaN and infinity are no values: bad values would be accepted."""
     sources = Path(fmpy.extract(str(native_path), str(tmp_path))) / "sources"
-    done = run(gcc(), option, "-w", "-fsyntax-only", sources / "all.c", code=1)
+    done = run(on_path("gcc"), option, "-w", "-fsyntax-only", sources / "all.c", code=1)
     assert "results would be wrong" in done.stderr
-
-
-def gcc():
-    """Its path; skips without it."""
-    compiler = shutil.which("gcc")
-    if compiler is None:
-        pytest.skip("there is no gcc on this machine")
-    return compiler
 
 
 @pytest.mark.ci
@@ -233,7 +229,7 @@ def test_under_sanitizers(c_host, native_path, tmp_path):
     folder = fmpy.extract(str(native_path), str(tmp_path))
     library = Path(folder, "binaries", "linux64", "ClubBallImpact.so")
     flags = ["-std=c99", "-g", "-O1", "-shared", "-fPIC", SANITIZERS, "-fno-sanitize-recover=all"]
-    run(gcc(), *flags, Path(folder, "sources", "all.c"), "-o", library, "-lm")
+    run(on_path("gcc"), *flags, Path(folder, "sources", "all.c"), "-o", library, "-lm")
     env = {"ASAN_OPTIONS": "detect_leaks=0"}
     for task in ("impact", 1e-6), ("threads", 50):
         assert c_host(folder, *task, 1, SANITIZERS, **env) == EXPECTED[1]
@@ -245,36 +241,36 @@ fmu, physics = InFmu(sys.argv[1]), InProcess()
 for number in range(300):
     assert history(fmu, number) == history(physics, number)
 """
-    env["LD_PRELOAD"] = run(gcc(), "-print-file-name=libasan.so").stdout.strip()
+    env["LD_PRELOAD"] = run(on_path("gcc"), "-print-file-name=libasan.so").stdout.strip()
     run_python(code, folder, env=os.environ | env)
 
 
 # Other platforms, under wine and qemu
 
 
-def machine(name):
-    """The program that runs those of a machine to test on; skips without it."""
-    if name not in os.environ:
+ZIG = sys.executable, "-m", "ziglang", "cc", "-target"
+
+
+@pytest.mark.ci
+@pytest.mark.parametrize(
+    ("machine", "fmi", "binary", "compiler"),
+    [
+        ("WINDOWS", 2, "win64/ClubBallImpact.dll", ["x86_64-w64-mingw32-gcc-posix", "-static"]),
+        (
+            "ARM64",
+            3,
+            "aarch64-linux/ClubBallImpact.so",
+            [sys.executable, "-m", "ziglang", "cc", "-target", "aarch64-linux-gnu.2.36"],
+        ),
+    ],
+)
+def test_on_another_platform(for_all, c_host, machine, fmi, binary, compiler):
+    """Under wine and qemu; there is no Python there."""
+    if (name := f"GOLF_IMPACT_{machine}") not in os.environ:
         pytest.skip(f"{name} isn't set: tests/README.md has what it names")
-    return Path(os.environ[name]).resolve() / "run"
-
-
-@pytest.mark.ci
-@pytest.mark.parametrize("task", [("impact", 1e-3), ("threads", 50)], ids=str)
-def test_on_windows(for_all, c_host, task):
-    """No Python."""
-    by = shutil.which("x86_64-w64-mingw32-gcc-posix")
-    if by is None:
-        pytest.skip("there is no mingw-w64 on this machine")
-    where = {"binary": "win64/ClubBallImpact.dll", "on": [machine("GOLF_IMPACT_WINDOWS")]}
-    found = c_host(for_all(2), *task, 2, "-static", by=[by], **where)
-    assert_close(found, EXPECTED[2])
-
-
-@pytest.mark.ci
-def test_on_arm64(for_all, c_host):
-    where = {"binary": "aarch64-linux/ClubBallImpact.so", "on": [machine("GOLF_IMPACT_ARM64")]}
-    where["by"] = [sys.executable, "-m", "ziglang", "cc", "-target", "aarch64-linux-gnu.2.36"]
-    for task in ("impact", 1e-4), ("threads", 5):
-        assert_close(c_host(for_all(3), *task, **where), EXPECTED[1])
-    check_early_return(c_host, for_all(3), **where)
+    on_path(compiler[0])
+    where = {"binary": binary, "by": compiler, "on": [Path(os.environ[name]).resolve() / "run"]}
+    for task in ("impact", 1e-3), ("threads", 50):
+        assert_close(c_host(for_all(fmi), *task, 2, **where), EXPECTED[2])
+    if fmi == 3:
+        check_early_return(c_host, for_all(fmi), **where)
