@@ -368,10 +368,6 @@ class Flight(Impact):
         t = (instant[0] - high) + (instant[1] - low)
         _, x_ball, v_club, v_ball, distance, closing = self._motion or self.motion
         x_ball = self.touch.x_ball + (x_ball + v_ball * t)
-        if not self.club_force and self.first is None:
-            distance += closing * t
-            left = distance if distance > 0.0 >= closing else 0.0
-            return [0.0, x_ball + distance, x_ball, v_club, v_ball, left]
         gained = self.club_force / self.parameters.m_club * t
         falls = self.recovers and distance > 0.0 >= closing + gained
         distance += (closing + 0.5 * gained) * t

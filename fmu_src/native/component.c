@@ -93,8 +93,8 @@ static void correct(Component *c, int place)
     memmove(from, from + 1, (size_t)(--c->is.refused_count - n) * sizeof *from);
 }
 
-/* Refuse the next step. */
-static void refuse_call(Component *c, Refusal refusal)
+/* Refuse the next step, for an illegal call; always 0. */
+static int refuse_call(Component *c, Refusal refusal)
 {
     Snapshot *is = &c->is;
     if (is->illegal_count == MOST_ILLEGAL)
@@ -102,6 +102,7 @@ static void refuse_call(Component *c, Refusal refusal)
     is->illegal[is->illegal_count++] = refusal;
     c->size = NAN;
     report_one(c, refusal);
+    return 0;
 }
 
 static Inputs inputs_of(const double values[])
@@ -158,10 +159,7 @@ static void component_reset(Component *c)
 /* The host's time at the start, s. Returns whether it is accepted at all in this mode. */
 static int component_set_up(Component *c, double start_time)
 {
-    if (c->is.mode != INSTANTIATED) {
-        refuse_call(c, refusal(LATE_SET_UP, 0.0, 0.0));
-        return 0;
-    }
+    if (c->is.mode != INSTANTIATED) return refuse_call(c, refusal(LATE_SET_UP, 0.0, 0.0));
     if (!isfinite(start_time)) {
         refuse(c, refusal(START_TIME, start_time, 0.0));
         return 1;
@@ -174,10 +172,7 @@ static int component_set_up(Component *c, double start_time)
 /* From here on outputs are those of the present values. */
 static int component_enter_initialization(Component *c)
 {
-    if (c->is.mode != INSTANTIATED) {
-        refuse_call(c, refusal(ENTERED_TWICE, 0.0, 0.0));
-        return 0;
-    }
+    if (c->is.mode != INSTANTIATED) return refuse_call(c, refusal(ENTERED_TWICE, 0.0, 0.0));
     c->is.mode = INITIALIZATION;
     return 1;
 }
@@ -210,10 +205,7 @@ static int start_run(Component *c, Refusal list[])
 static int component_exit_initialization(Component *c)
 {
     Refusal list[MOST_REFUSALS];
-    if (c->is.mode != INITIALIZATION) {
-        refuse_call(c, refusal(NOT_ENTERED, 0.0, 0.0));
-        return 0;
-    }
+    if (c->is.mode != INITIALIZATION) return refuse_call(c, refusal(NOT_ENTERED, 0.0, 0.0));
     c->is.mode = START_REFUSED;
     int count = start_run(c, list);
     /* A refused value has been reported when it was set. */
@@ -410,36 +402,27 @@ static int component_step(Component *c, double point, double size)
 
 /* VALUES */
 
-/* Why a value may not be set. */
-static Refusal check_value(const Component *c, uint32_t reference, double value, Type type)
-{
-    int place = place_of(reference);
-    if (place < 0 || place >= SETTABLE || TABLE[place].type != type)
-        return refusal(NOT_SETTABLE, reference, type);
-    const Variable *v = &TABLE[place];
-    double now = c->is.values[place];
-    if (c->is.mode == TERMINATED) return refusal_of(reference, SET_AFTER_END, 0.0, 0.0);
-    if (!(islessequal(v->low, value) && islessequal(value, v->high)))
-        return refusal_of(reference, OUT_OF_RANGE, value, 0.0);
-    if (v->causality == PARAMETER && c->is.mode == STEPPING && value != now)
-        return refusal_of(reference, FIXED, value, now);
-    return ACCEPTED;
-}
-
 /* Set an input or parameter that the host takes for this type; a refused one keeps its value. Returns
    whether the call was legal: a value out of range is, and refuses steps until it is corrected. */
 static int component_set(Component *c, uint32_t reference, double value, Type type)
 {
-    Refusal why = check_value(c, reference, value, type);
-    switch (why.reason) {
-    case FINE: break;
-    case OUT_OF_RANGE: refuse(c, why); return 1;
-    case FIXED: refuse(c, why); return 0;
-    default: refuse_call(c, why); return 0;
-    }
     int place = place_of(reference);
+    if (place < 0 || place >= SETTABLE || TABLE[place].type != type)
+        return refuse_call(c, refusal(NOT_SETTABLE, reference, type));
+    const Variable *v = &TABLE[place];
+    double now = c->is.values[place];
+    if (c->is.mode == TERMINATED)
+        return refuse_call(c, refusal_of(reference, SET_AFTER_END, 0.0, 0.0));
+    if (!(islessequal(v->low, value) && islessequal(value, v->high))) {
+        refuse(c, refusal_of(reference, OUT_OF_RANGE, value, 0.0));
+        return 1;
+    }
+    if (v->causality == PARAMETER && c->is.mode == STEPPING && value != now) {
+        refuse(c, refusal_of(reference, FIXED, value, now));
+        return 0;
+    }
     correct(c, place);
-    if (value == c->is.values[place]) return 1;
+    if (value == now) return 1;
     c->is.values[place] = value;
     c->size = NAN;
     if (c->is.is_solved) c->has_state = 0;

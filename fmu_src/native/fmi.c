@@ -128,8 +128,7 @@ static int is_saved(const Saved *s) { return s && s->itself == s; }
 /* Refuse a state unless it is of this component. */
 static int accepts(Instance *i, int is_own)
 {
-    if (!is_own) refuse_call(&i->component, refusal(FOREIGN_STATE, 0.0, 0.0));
-    return is_own;
+    return is_own || refuse_call(&i->component, refusal(FOREIGN_STATE, 0.0, 0.0));
 }
 
 /* Memory for a state; NULL, and a message, if there is none. */

@@ -190,16 +190,9 @@ static State flight_state(const Impact *i, const Parameters *p, Instant instant)
     double t = since(f->begin, instant), distance = f->motion.compression;
     double closing = f->motion.closing;
     double x_ball = i->touch.x_ball + (f->motion.x_ball + f->motion.v_ball * t);
-    double gained = 0.0;
-    int falls;
-    if (f->is_pushed) {
-        gained = f->club_force / p->m_club * t;
-        falls = f->recovers && distance > 0.0 && 0.0 >= closing + gained;
-        distance += (closing + 0.5 * gained) * t;
-    } else {
-        distance += closing * t;
-        falls = 0.0 >= closing;
-    }
+    double gained = f->club_force / p->m_club * t;
+    int falls = f->recovers && distance > 0.0 && 0.0 >= closing + gained;
+    distance += (closing + 0.5 * gained) * t;
     double left = falls && distance > 0.0 ? distance : 0.0;
     return (State){0.0, x_ball + distance, x_ball, f->motion.v_club + gained, f->motion.v_ball, left};
 }

@@ -200,10 +200,7 @@ static int update_solution(Component *c, int *must_stop)
     Refusal list[MOST_REFUSALS];
     int count = take_refusals(c, list);
     *must_stop = 0;
-    if (!count && c->is.mode != STEPPING) {
-        refuse_call(c, refusal(NO_EVENT, 0.0, 0.0));
-        return 0;
-    }
+    if (!count && c->is.mode != STEPPING) return refuse_call(c, refusal(NO_EVENT, 0.0, 0.0));
     if (!count) {
         list[0] = handle_event(c);
         count = list[0].reason != FINE;

@@ -92,10 +92,8 @@ static int component_get(Component *c, uint32_t reference, Type type, double *va
 {
     int place = place_of(reference);
     *value = type == REAL ? NAN : 0.0;
-    if (place < 0 || TABLE[place].type != type) {
-        refuse_call(c, refusal(NOT_READABLE, reference, type));
-        return 0;
-    }
+    if (place < 0 || TABLE[place].type != type)
+        return refuse_call(c, refusal(NOT_READABLE, reference, type));
     *value = place < SETTABLE ? c->is.values[place] : output(c, reference);
     return 1;
 }
