@@ -256,12 +256,7 @@ ZIG = sys.executable, "-m", "ziglang", "cc", "-target"
     ("machine", "fmi", "binary", "compiler"),
     [
         ("WINDOWS", 2, "win64/ClubBallImpact.dll", ["x86_64-w64-mingw32-gcc-posix", "-static"]),
-        (
-            "ARM64",
-            3,
-            "aarch64-linux/ClubBallImpact.so",
-            [sys.executable, "-m", "ziglang", "cc", "-target", "aarch64-linux-gnu.2.36"],
-        ),
+        ("ARM64", 3, "aarch64-linux/ClubBallImpact.so", [*ZIG, "aarch64-linux-gnu.2.36"]),
     ],
 )
 def test_on_another_platform(for_all, c_host, machine, fmi, binary, compiler):
