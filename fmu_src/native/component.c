@@ -255,11 +255,11 @@ static Impact *present(Component *c)
     return &c->is.impact;
 }
 
-/* Why the present impact can't be computed, once. */
+/* Why the present impact can't be computed, once; the state isn't valid then. */
 static Refusal take_failure(Component *c)
 {
     if (!c->has_failed) return ACCEPTED;
-    c->has_failed = 0;
+    c->has_failed = c->has_state = 0;
     return preventing(contact_failure(&c->is.impact.contact), NOT_COMPUTABLE, 0.0, 0.0);
 }
 

@@ -412,12 +412,12 @@ static double zero_between(const Modes *m, Newton row, double low, double high, 
             t *= 2.0;
             continue;
         }
-        double step = fabs(f) < (high - low) * fabs(rise) ? f / rise : INFINITY, before = t;
+        double step = fabs(f) < (high - low) * fabs(rise) ? f / rise : INFINITY;
         t -= step;
-        /* Not a step that overflows or leaves the bracket, unless it is the last one: halving would go on to
-           the other side, 40 times. */
-        if (!(low < t && t < high) && fabs(step) > 1e-15 * before) t = 0.5 * (low + high);
-        if (fabs(t - before) <= 1e-15 * t) break;
+        /* Convergence is quadratic: the next step would be below a double's resolution. By rounding this
+           one may leave the bracket. */
+        if (fabs(step) <= 1e-10 * t) break;
+        if (!(low < t && t < high)) t = 0.5 * (low + high);
     }
     return t;
 }

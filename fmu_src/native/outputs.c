@@ -103,8 +103,6 @@ static int component_get(Component *c, uint32_t reference, Type type, double *va
 static int has_read_failed(Component *c)
 {
     Refusal why = take_failure(c);
-    if (!why.reason) return 0;
-    c->has_state = 0;
-    report_one(c, why);
-    return 1;
+    if (why.reason) report_one(c, why);
+    return why.reason != FINE;
 }

@@ -538,13 +538,13 @@ def _zero(row: Row, modes: Modes, low: float, high: float, falls: bool) -> float
             t *= 2.0
             continue
         step = f / rise if abs(f) < (high - low) * abs(rise) else inf
-        before, t = t, t - step
-        # Not a step that overflows or leaves the bracket, unless it is the last one: halving would
-        # go on to the other side, 40 times.
-        if not low < t < high and abs(step) > 1e-15 * before:
-            t = 0.5 * (low + high)
-        if abs(t - before) <= 1e-15 * t:
+        t -= step
+        # Convergence is quadratic: the next step would be below a double's resolution. By rounding
+        # this one may leave the bracket.
+        if abs(step) <= 1e-10 * t:
             break
+        if not low < t < high:
+            t = 0.5 * (low + high)
     return t
 
 
