@@ -44,7 +44,6 @@ class Impact:
     __slots__ = ()
 
     in_contact = False
-    is_moving = False  #: whether velocities change, or have changed since separation
     parameters: Parameters
     begin: Instant  #: of the phase
     duration: float  #: of the phase, s; inf if it doesn't end
@@ -52,7 +51,7 @@ class Impact:
     #: At the start of a phase; the compression is below 0 before touch. From touch on positions are
     #: those since touch: differences of positions after a long approach would lose digits.
     motion: Motion
-    velocities: tuple[float, float]  #: of club and ball, m/s: before touch, or at separation
+    velocities: tuple[float, float]  #: of club and ball at separation, m/s
     at_separation: Motion | None = None
 
     def since_begin(self, instant: Instant) -> float:
@@ -144,7 +143,6 @@ class Approach(Impact):
         closing = club_speed - v_ball
         x_club = x_ball + compression
         self.motion = new(Motion, (x_club, x_ball, club_speed, v_ball, compression, closing))
-        self.velocities = club_speed, v_ball
         gap = -(compression + compression_low)
         self.duration = (gap if gap > 0.0 else 0.0) / closing if closing > SLOWEST else inf
 
@@ -202,7 +200,7 @@ class Contact(Impact):
         "begin", "duration", "inputs", "motion", "parameters", "phase", "results_before", "touch",
     )  # fmt: skip
 
-    in_contact = is_moving = True
+    in_contact = True
     touch: Touch
     arguments = property(
         attrgetter("parameters", "inputs", "begin", "touch", "motion", "results_before")
@@ -350,10 +348,6 @@ class Flight(Impact):
             self.velocities = first.velocities
         else:
             self.velocities = contact.phase.end_velocities() if motion is None else motion[2:4]
-
-    @property
-    def is_moving(self) -> bool:  # type: ignore[override]
-        return bool(self.club_force) or self.first is not None
 
     @property
     def motion(self) -> Motion:  # type: ignore[override]

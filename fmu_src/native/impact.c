@@ -27,7 +27,6 @@ typedef struct {
     Instant begin;
     Motion motion;
     double club_force;
-    int is_pushed; /* whether the velocities may have changed since separation */
     int recovers;  /* the compression falls; once it has vanished, or would grow, it stays 0 */
     Instant separation;
     Motion at_separation;
@@ -181,7 +180,7 @@ static Results results_until(Impact *i, double t)
 static void begin_flight(Impact *i, Instant begin, double lasted, Motion motion, double club_force)
 {
     i->phase = FLIGHT;
-    i->flight = (Flight){begin, motion, club_force, club_force != 0.0, 1, begin, motion, lasted};
+    i->flight = (Flight){begin, motion, club_force, 1, begin, motion, lasted};
 }
 
 static State flight_state(const Impact *i, const Parameters *p, Instant instant)
@@ -208,7 +207,6 @@ static void change_club_force(Impact *i, const Parameters *p, double club_force,
                          f->motion.closing + gained};
     f->begin = instant;
     f->club_force = club_force;
-    f->is_pushed = 1;
     f->recovers = s.compression > 0.0;
 }
 

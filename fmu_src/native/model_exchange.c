@@ -188,7 +188,6 @@ static Refusal handle_event(Component *c)
         double x = i->touch.x_ball;
         Motion motion = {now.x_club - x, now.x_ball - x, now.v_club, now.v_ball, now.compression, closing};
         begin_flight(i, (Instant){is->time, 0.0}, lasted, motion, inputs.club_force);
-        i->flight.is_pushed = 1;
     }
     return ACCEPTED;
 }

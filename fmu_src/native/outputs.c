@@ -59,6 +59,9 @@ static double output(Component *c, uint32_t reference)
     case VR_club_velocity: return state_now(c)->v_club;
     case VR_ball_velocity: return state_now(c)->v_ball;
     case VR_compression: return state_now(c)->compression;
+    case VR_momentum: return p->m_club * state_now(c)->v_club + p->m_ball * state_now(c)->v_ball;
+    case VR_kinetic_energy:
+        return 0.5 * twice_kinetic_energy(p, state_now(c)->v_club, state_now(c)->v_ball);
     case VR_mean_force: return mean_force(i, instant_now(c), c->is.last_step);
     case VR_touched: return has_touched(i);
     case VR_in_contact: return i->phase == CONTACT;
@@ -73,18 +76,11 @@ static double output(Component *c, uint32_t reference)
     case VR_time: return c->is.origin + (instant_now(c).high + instant_now(c).low);
 #endif
     }
-    int is_total = reference == VR_momentum || reference == VR_kinetic_energy;
-    /* At touch and at separation a motion has them exactly; then a force may have changed them. */
-    const Motion *m = i->phase == APPROACH ? &i->approach.motion : &i->flight.at_separation;
-    double v_club = m->v_club, v_ball = m->v_ball;
-    if (i->phase == CONTACT || (i->phase == FLIGHT && is_total && i->flight.is_pushed)) {
-        v_club = state_now(c)->v_club;
-        v_ball = state_now(c)->v_ball;
-    }
-    if (reference == VR_momentum) return p->m_club * v_club + p->m_ball * v_ball;
-    if (reference == VR_kinetic_energy) return 0.5 * twice_kinetic_energy(p, v_club, v_ball);
-    if (has_touched(i)) return result(c, i, reference, v_club, v_ball);
-    return reference == VR_touch_time ? c->is.start_time : reference == VR_energy_efficiency;
+    if (!has_touched(i))
+        return reference == VR_touch_time ? c->is.start_time : reference == VR_energy_efficiency;
+    const Motion *end = &i->flight.at_separation;
+    if (i->phase == FLIGHT) return result(c, i, reference, end->v_club, end->v_ball);
+    return result(c, i, reference, state_now(c)->v_club, state_now(c)->v_ball);
 }
 
 /* A value that the host takes for this type. Returns whether there is one. */
