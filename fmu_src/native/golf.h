@@ -75,7 +75,8 @@ typedef struct {
 } Peak;
 
 /* Why a value, a call or a contact is refused: the place of the variable to be corrected in the table
-   (SETTABLE: none, or the start time), and the numbers of the sentence. */
+   (SETTABLE: none, or the start time), and the numbers of the sentence: a value reference and a type,
+   too. */
 typedef struct {
     Reason reason;
     int place;

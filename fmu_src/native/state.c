@@ -4,7 +4,7 @@
    from their initial states. Bytes of another version, cut or damaged ones, are refused; forged ones with
    a right checksum are the host's own business. */
 
-static const char LAYOUT[] = "golf-impact native state 5";
+static const char LAYOUT[] = "golf-impact native state 6";
 
 enum {
     STATE_SIZE = offsetof(Snapshot, impact.contact),
