@@ -86,11 +86,11 @@ def read_ball(path: Path | str) -> Ball:
 def _ball(name: str, table: dict[str, Any]) -> Ball:
     stem = Path(name).stem
     title, source = str(table.pop("title", f"of {stem}")), str(table.pop("source", stem))
-    speeds, limits = tuple(table.pop("speeds", ())), str(table.pop("limits", ""))
-    if speeds and not (
-        len(speeds) == 2 and all(map(_is_number, speeds)) and speeds[0] <= speeds[1]
-    ):
-        raise UserError(f"{name}: speeds = {[*speeds]} is refused: it takes two, in m/s, rising")
+    speeds, limits = table.pop("speeds", []), str(table.pop("limits", ""))
+    pair = isinstance(speeds, list) and len(speeds) == 2 and all(map(_is_number, speeds))
+    if speeds != [] and not (pair and speeds[0] <= speeds[1]):
+        why = "write the least and the largest in m/s, such as [30, 50]"
+        raise UserError(f"{name}: speeds = {speeds!r} is refused: {why}")
     undetermined = table.pop("undetermined", [] if "k" in table else ["k"])
     if not isinstance(undetermined, list) or not {*map(str, undetermined)} <= {*_UNCERTAIN} - {
         *table
@@ -102,6 +102,9 @@ def _ball(name: str, table: dict[str, Any]) -> Ball:
     if not isinstance(conditions, dict) or not {*conditions} <= {*_CONDITIONS}:
         raise UserError(f"{name}: conditions takes {', '.join(_CONDITIONS)} alone")
     if other := [key for key in table if key not in _SETTABLE]:
+        if isinstance(table[other[0]], dict):
+            why = "a file has one ball, without a heading"
+            raise UserError(f"{name}: [{other[0]}] is refused: {why}")
         allowed = ", ".join((*_SETTABLE, *_OTHERS))
         raise UserError(f"{name}: a ball has no {other[0]}: choose from {allowed}")
     table, conditions = (
@@ -124,7 +127,7 @@ def _ball(name: str, table: dict[str, Any]) -> Ball:
             f"{name}: uncertainty is refused: it needs parameters, p names of values above it, and "
             "covariance, p rows of p finite numbers with none on its diagonal below 0"
         )
-    rest = conditions, speeds, limits, tuple(undetermined)
+    rest = conditions, tuple(speeds), limits, tuple(undetermined)
     return Ball(name, title, table, source, names, rows, *rest)
 
 
