@@ -159,7 +159,8 @@ def run_trajectory(
     Args:
         points: number of samples, at least 2, unless times are given.
         outputs: the Real outputs to record.
-        times: instants since the start of the run, s, at least 0, of any shape and in any order.
+        times: instants since the start of the run, s or text with a unit, at least 0, of any shape
+            and in any order.
         values: inputs and parameters by name, as of `run_impact`.
 
     Returns:
@@ -178,7 +179,7 @@ def run_trajectory(
         touch, contact = run_impact(("touch_time", "contact_time"), **numbers).values()
         instants = instants_of(numbers, touch, contact, points)
     else:
-        instants = np.asarray(_array("times", times))
+        instants = np.asarray(_array("times", times, "s"))
         accepted = (instants >= 0.0) & (instants <= _LATEST)
         if not accepted.all():
             given = instants[~accepted][0].item()
@@ -202,18 +203,22 @@ def known_names(names: Iterable[str], kind: str = "output") -> tuple[str, ...]:
     known = {"output": _OUTPUTS, "Real output": _REALS}.get(kind, tuple(START))
     for name in names:
         if name not in known:
-            raise unknown_name(kind, name, known)
+            also = "; those of a ball: **golf_impact.balls()[NAME].values" if name == "ball" else ""
+            raise unknown_name(kind, name, known, also)
     return tuple(dict.fromkeys(names))
 
 
-def _array(name: str, value: Any) -> Any:
-    """A value as an array of floats (SI units); UserError if it isn't numeric."""
+def _array(name: str, value: Any, unit: str | None = None) -> Any:
+    """A value as an array of floats (SI units); UserError if it isn't numeric.
+
+    `unit` is the SI unit, by default that of the variable.
+    """
     try:
         # What is masked is missing: NaN, which is rejected.
         array: Any = np.ma.asarray(value)
         # Text, or objects that may be numbers: large integers, or those of `decimal`.
         if array.dtype.kind in "OU":
-            return np.vectorize(lambda one: number(name, one), otypes=[float])(
+            return np.vectorize(lambda one: number(name, one, unit), otypes=[float])(
                 np.asarray(value, object)
             )
         return np.asarray(np.ma.filled(array.astype(float, casting="same_kind"), np.nan))

@@ -67,7 +67,8 @@ def case_of(
             values[name] = si_value(text, unit_of(name))
         except ValueError as error:
             if name not in START:
-                raise unknown_name("input or parameter", name, START) from None
+                also = f"; a ball is --ball {text}" if name == "ball" else ""
+                raise unknown_name("input or parameter", name, START, also) from None
             why = LAWS_IN_WORDS if name == "law" else error
             raise UserError(f"--set {name}={text} is refused: {why}") from None
     balls = [ball(name) for name in dict.fromkeys(names)]

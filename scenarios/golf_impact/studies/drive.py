@@ -67,7 +67,8 @@ def drive(
         values |= ball_of(ball).values
         for name, given in parameters.items():
             if name not in known:
-                raise unknown_name("parameter", name, sorted(known))
+                own_names = {"ball", "club_speed", "loft", "attack_angle"}
+                raise unknown_name("parameter", name, sorted(known | own_names))
             values[name] = number(name, given, variables[name].unit or "")
         speed = number("club_speed", club_speed)
         face = _angle("loft", loft, variables["dynamic_loft"])

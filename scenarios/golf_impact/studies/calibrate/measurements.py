@@ -395,13 +395,18 @@ def _read_series(given: Any, name: str, wanted: Sequence[records.Column], column
             notes += [one.removesuffix(".") for one in units.remarks(fastest, "approach speed ")]
     else:
         if hasattr(given, "keys"):
+            if not {*names[:2]} <= {*given}:
+                words = f"it has {', '.join(map(str, given))}, not {' and '.join(names[:2])}"
+                raise UserError(f"{name} is refused: {words}")
             given = [given[name] for name in names if name in given]
         try:
             read = [*np.stack([np.asarray(column, float) for column in given])]
+            if not 2 <= len(read) <= 3:
+                raise ValueError
         except (TypeError, ValueError) as error:
             raise UserError(f"{name} must be arrays of one length: {', '.join(names)}") from error
         places = np.array([f"row {n}" for n in range(1, read[0].size + 1)])
-    if not 2 <= len(read) <= 3 or not read[0].size:
+    if not read[0].size:
         raise UserError(f"{name} is refused: it has no rows of {', '.join(names[:2])}")
     for of, column in zip(names, read):
         low, high, _ = _ALLOWED.get(of, _ABOVE_0)

@@ -246,7 +246,7 @@ def _read_text(path: Path, wanted: Sequence[Column], picked: Sequence[_Head]) ->
         heads = [_Head(name) for name in names]
     columns += [("",) * len(rows)] * (len(heads) - len(columns))
     columns.append(tuple(map(str, range(len(rows)))))
-    known = f"its header is {header!r}" if header else f"it has no header of {width} columns"
+    known = f"its header is {header!r}" if header else f"it has {width} columns without a header"
     known += f"; expected {','.join(names)}; choose columns by name or number: --columns "
     known += "'TIME [s],CH2 [2 kN/V]'" if FORCE in wanted else "'1 [mph],2'"
     heads = [*heads, *[_Head()] * (len(columns) - 1 - len(heads)), _Head("row")]
