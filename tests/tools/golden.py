@@ -1,6 +1,8 @@
-"""Golden rows of law 2 with an exponent or a COR: `python tests/tools/golden.py` adds new ones.
+"""Golden rows of law 2 with an exponent or a COR.
 
-The others were computed once, by methods that nothing else here uses: power laws by another
+`PYTHONPATH=tests python tests/tools/golden.py` adds those that are missing.
+
+The rows were computed once, by methods that nothing else here uses: power laws by another
 quadrature, linear laws by matrix exponentials of 60 digits, with events found by bisection.
 """
 
