@@ -22,9 +22,6 @@ from fmpy.fmi3 import FMU3Slave
 #: A host reads a description once.
 _described = cache(lambda folder: fmpy.read_model_description(folder, validate=False))
 
-#: What fmpy's functions are called by, for the type of a variable.
-_CALLED = {"Enumeration": "Int64"}
-
 
 def make_instance(folder, name="one", kind=None, **options):
     """Instantiate an extracted FMU for co-simulation, or as `kind`.
@@ -45,9 +42,9 @@ def make_instance(folder, name="one", kind=None, **options):
     )
     slave.description = description
     slave.variables = {v.name: v for v in description.modelVariables}
+    # As fmpy's functions are called.
     slave.types = {
-        name: _CALLED.get(variable.type, variable.type)
-        for name, variable in slave.variables.items()
+        name: "Int64" if v.type == "Enumeration" else v.type for name, v in slave.variables.items()
     }
     slave.references = {v.name: v.valueReference for v in description.modelVariables}
     slave.real = "Float64" if fmi3 else "Real"
