@@ -100,13 +100,14 @@ def begin(slave, start=0.0, **values):
     return slave
 
 
-def initialize(slave, start=0.0, **values):
+def initialize(slave, start=0.0, stop=None, **values):
     """From instantiation into initialization mode."""
+    times = {"startTime": start, "stopTime": stop}
     if slave.real == "Real":
-        slave.setupExperiment(startTime=start)
+        slave.setupExperiment(**times)
         slave.enterInitializationMode()
     else:
-        slave.enterInitializationMode(startTime=start)
+        slave.enterInitializationMode(**times)
     put(slave, **values)
 
 

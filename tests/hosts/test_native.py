@@ -16,7 +16,7 @@ from compare import assert_close
 from conftest import EXPECTED, LAW_2_CONTACT
 from fmpy.fmi2 import FMU2Model, FMU2Slave
 from fmpy.fmi3 import FMU3Model, FMU3Slave
-from fmus import make_instance, step_status
+from fmus import begin, make_instance, step_status
 from programs import HEADERS
 
 from golf_build import native
@@ -25,8 +25,6 @@ from golf_impact.evidence.peers import fmus as peers
 from golf_impact.fmu import Fmu
 
 SANITIZERS = "-fsanitize=address,undefined"
-
-BOTH = ("native_path", "native_fmi3_path")
 
 
 def on_path(program):
@@ -76,10 +74,10 @@ def test_what_a_build_contains(request, for_all, fmi):
     assert len(images) == 2
 
 
-@pytest.fixture(params=BOTH)
-def unpacked(request, tmp_path):
+@pytest.fixture(params=["native, FMI 2.0", "native, FMI 3.0"])
+def unpacked(request, way_of):
     """An extracted FMU of either version."""
-    return Path(fmpy.extract(str(request.getfixturevalue(request.param)), str(tmp_path / "ü #")))
+    return Path(way_of(request.param).slave.unzipDirectory)
 
 
 def test_it_exports_nothing_but_fmi(unpacked):
@@ -102,10 +100,10 @@ def test_its_sources_compile(unpacked, tmp_path):
 
 
 @pytest.mark.parametrize("option", ["-Ofast", "-ffast-math", "-ffinite-math-only"])
-def test_options_that_make_it_wrong_dont_compile(native_path, tmp_path, option):
+def test_options_that_make_it_wrong_dont_compile(unpacked, option):
     """Under these NaN and infinity are no values: bad values would be accepted."""
-    sources = Path(fmpy.extract(str(native_path), str(tmp_path))) / "sources"
-    done = run(on_path("gcc"), option, "-w", "-fsyntax-only", sources / "all.c", code=1)
+    source = unpacked / "sources" / "all.c"
+    done = run(on_path("gcc"), option, "-w", "-fsyntax-only", source, code=1)
     assert "results would be wrong" in done.stderr
 
 
@@ -160,22 +158,19 @@ def test_this_machines_compiler_builds_for_it_alone(monkeypatch, compiled, tmp_p
         assert fmu.read([*EXPECTED[2]]) == pytest.approx(EXPECTED[2], rel=1e-14)
 
 
-def test_a_step_beyond_the_stop_time_is_an_error(native_path, tmp_path):
+def test_a_step_beyond_the_stop_time_is_an_error(unpacked):
     """Other illegal calls: test_lockstep.py."""
-    slave = make_instance(fmpy.extract(str(native_path), str(tmp_path / "fmu")))
-    slave.setupExperiment(startTime=0.0, stopTime=1e-3)
-    slave.enterInitializationMode()
-    slave.exitInitializationMode()
+    slave = begin(make_instance(unpacked), stop=1e-3)
     assert step_status(slave, 0.0, 1e-3 * (1 + 2e-6)) == 3
     slave.doStep(0.0, 1e-3 * (1 + 5e-7))
     slave.freeInstance()
 
 
 @pytest.mark.parametrize("kind", [FMU2Slave, FMU2Model, FMU3Slave, FMU3Model])
-def test_null_is_no_crash(native_path, native_fmi3_path, tmp_path, kind):
+def test_null_is_no_crash(way_of, kind):
     """In place of each pointer."""
-    file = native_path if "2" in kind.__name__ else native_fmi3_path
-    slave = make_instance(fmpy.extract(str(file), str(tmp_path / "fmu")), kind=kind)
+    way = way_of("native, FMI 2.0" if "2" in kind.__name__ else "native, FMI 3.0")
+    slave = make_instance(way.slave.unzipDirectory, kind=kind)
 
     def argument(kind, is_missing):
         if is_missing or isinstance(getattr(kind, "_type_", ""), str):
@@ -203,13 +198,13 @@ def test_where_pythonfmu_has_no_binary(monkeypatch, compiled, tmp_path):
     assert f"ClubBallImpact.native.fmu, for {native.this_machine()} alone" in done.stderr
     assert "loft is left out" in done.stderr
     assert "system is left out" in done.stderr
-    assert len(json.loads((tmp_path / "all" / "results.json").read_text())) >= 10
+    assert len(json.loads((tmp_path / "all" / "results.json").read_bytes())) >= 10
     golf_here("bench", "--quick", "--out", tmp_path / "bench", code=0)
-    rows = json.loads((tmp_path / "bench" / "bench.json").read_text())["rows"]
+    rows = json.loads((tmp_path / "bench" / "bench.json").read_bytes())["rows"]
     assert not [row for row in rows if "Python" in row["name"]]
 
 
-# Hosts
+# In C
 
 
 def check_early_return(c_host, *words, **machine):
@@ -246,7 +241,6 @@ for number in range(300):
 
 
 # Other platforms, under wine and qemu
-
 
 ZIG = sys.executable, "-m", "ziglang", "cc", "-target"
 
