@@ -71,14 +71,15 @@ _EXCEPTIONS = 0x1 | 0x4 | 0x8
 
 def _watch(slave):
     """Let each call fail that raises a floating-point exception: a host may trap them."""
-    libm, call = ctypes.CDLL("libm.so.6"), slave._call
+    libm, call = ctypes.PyDLL("libm.so.6"), slave._call
+    clear, raised = libm.feclearexcept, libm.fetestexcept
 
     def watched(name, *arguments):
-        libm.feclearexcept(_EXCEPTIONS)
+        clear(_EXCEPTIONS)
         try:
             return call(name, *arguments)
         finally:
-            if libm.fetestexcept(_EXCEPTIONS):
+            if raised(_EXCEPTIONS):
                 raise FloatingPointError(f"{name} {arguments}")
 
     slave._call = watched
