@@ -75,7 +75,7 @@ def by_instances(fixture, fmu, task):
         yield from pool.starmap(one_run, zip(repeat(folder), laws))
 
 
-def by_importer(tool, code, fixture, fmu, task):
+def by_importer(tool, code, fmu):
     # Of an Enumeration, as law is in FMI 3.0, ecos keeps the start value.
     for law, step in product((1,) if "fmi3" in fmu.name else (1, 2), STEPS):
         given = str(fmu), step, round(0.005 / step), law
@@ -83,10 +83,11 @@ def by_importer(tool, code, fixture, fmu, task):
         yield law, run_importer(tool, program, CRITERIA, *given)
 
 
-by_libcosim = partial(
-    by_importer,
-    "libcosimpy",
-    """
+def by_libcosim(fixture, fmu, task):
+    return by_importer("libcosimpy", _LIBCOSIM, fmu)
+
+
+_LIBCOSIM = """
 from libcosimpy.CosimExecution import CosimExecution
 from libcosimpy.CosimObserver import CosimObserver
 from libcosimpy.CosimSlave import CosimLocalSlave
@@ -98,13 +99,14 @@ if law != 1:
 observer = CosimObserver.create_last_value()
 assert execution.add_observer(observer) and execution.step(steps)
 values = observer.last_real_values(index, [variables[name].reference for name in names])
-""",
-)
+"""
 
-by_ecos = partial(
-    by_importer,
-    "ecospy",
-    """
+
+def by_ecos(fixture, fmu, task):
+    return by_importer("ecospy", _ECOS, fmu)
+
+
+_ECOS = """
 from ecospy.EcosSimulation import EcosSimulation
 from ecospy.EcosSimulationStructure import EcosSimulationStructure
 with EcosSimulationStructure() as structure:
@@ -114,8 +116,7 @@ with EcosSimulationStructure() as structure:
         assert simulation.init(parameter_set="case")
         simulation.step(steps)
         values = [simulation.get_real(f"impact::{name}") for name in names]
-""",
-)
+"""
 
 
 def tool(name):
@@ -236,14 +237,14 @@ def by_c(fixture, fmu, task):
 
 # The table
 
-#: Host, FMUs, tasks, and the tolerance where it isn't 1e-12 (measured: 3e-16). Of fmusim's state
-#: files the plain FMUs get a state's value as its address.
+#: Host, FMUs, tasks, tolerance (measured: 3e-16 where it is 1e-12), marks. Of fmusim's
+#: state files the plain FMUs get a state's value as its address.
 TABLE = [
     (by_fmpy, FILES, ("impact",), 1e-12),
     (by_instances, FILES, ("several",), 1e-12),
-    (by_instances, ("fmu_path",), multiprocessing.get_all_start_methods(), 1e-12),
-    (by_libcosim, ("fmu_path", "native_path"), ("impact",), 1e-12),
-    (by_ecos, FILES, ("impact",), 1e-12),
+    (by_instances, ("fmu_path",), multiprocessing.get_all_start_methods(), 1e-12, pytest.mark.ci),
+    (by_libcosim, ("fmu_path", "native_path"), ("impact",), 1e-12, pytest.mark.importers),
+    (by_ecos, FILES, ("impact",), 1e-12, pytest.mark.importers),
     (by_fmusim, FILES, ("impact", "k"), 1e-12),
     (by_fmusim, FILES[1:], ("state",), 1e-12),
     (by_fmusim, FILES[2:], ("events",), 1e-12),
@@ -253,20 +254,11 @@ TABLE = [
 ]
 
 
-def _marked(play, path, task, tolerance):
-    is_importer = play in (by_libcosim, by_ecos)
-    is_long = task in multiprocessing.get_all_start_methods()
-    marks = [pytest.mark.importers] * is_importer
-    marks += [pytest.mark.ci] * (is_long or (is_importer and path != "fmu_path"))
-    name = play.args[0] if is_importer else play.__name__
-    return pytest.param(play, path, task, tolerance, marks=marks, id=f"{name}-{path}-{task}")
-
-
 @pytest.mark.parametrize(
     ("play", "path", "task", "tolerance"),
     [
-        _marked(play, path, task, tolerance)
-        for play, paths, tasks, tolerance in TABLE
+        pytest.param(play, path, task, tolerance, marks=marks)
+        for play, paths, tasks, tolerance, *marks in TABLE
         for path, task in product(paths, tasks)
     ],
 )
